@@ -7,7 +7,6 @@ one thing on one slide: the smallest writing in a figure, a size of text, an ove
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -130,44 +129,36 @@ def _short(text: str) -> str:
     return text if len(text) <= 50 else text[:50].rsplit(" ", 1)[0] + " …"
 
 
-class Meter:
-    """A browser in which decks are measured, one after another."""
-
-    def __init__(self, stack: ExitStack) -> None:
-        try:
-            from pgm_book.make.browser import offline_context, open_browser
-        except ModuleNotFoundError as error:
-            raise missing(error.name) from error
-        browser = stack.enter_context(open_browser())
-        self._context = stack.enter_context(offline_context(browser, viewport=SIZE))
-
-    def rows(self, deck: Path) -> list[Row]:
-        """Open a deck from its file and measure it."""
-        with self._context.new_page() as page:
-            page.goto(deck.resolve().as_uri())
-            page.wait_for_function("document.documentElement.dataset.ready")
-            return measure(page)
+def measured(decks: Iterable[Path]) -> Iterator[list[Row]]:
+    """Open decks from their files, one after another in one browser; measure them."""
+    try:
+        from pgm_book.make.browser import offline_context, open_browser
+    except ModuleNotFoundError as error:
+        raise missing(error.name) from error
+    with open_browser() as browser, offline_context(browser, viewport=SIZE) as context:
+        for deck in decks:
+            with context.new_page() as page:
+                page.goto(deck.resolve().as_uri())
+                page.wait_for_function("document.documentElement.dataset.ready")
+                yield measure(page)
 
 
 def of_decks(folder: Path, notebooks: list[Path]) -> dict[Path, list[str]]:
     """Return what a hall cannot read of the decks of these notebooks."""
-    found = {}
-    with ExitStack() as stack:
-        meter = Meter(stack)
-        for notebook in notebooks:
-            rows = problems(meter.rows(folder / f"{notebook.stem}.html"))
-            found[notebook] = [str(row) for row in rows]
-    return found
+    found = measured(folder / f"{notebook.stem}.html" for notebook in notebooks)
+    return {
+        notebook: [str(row) for row in problems(rows)]
+        for notebook, rows in zip(notebooks, found)
+    }
 
 
 def report(notebooks: list[Path]) -> Iterator[str]:
     """Yield the table of each notebook's slides."""
     from pgm_book.make.page import slides_page
 
-    with ExitStack() as stack:
-        meter = Meter(stack)
-        folder = Path(stack.enter_context(TemporaryDirectory()))
-        for notebook in notebooks:
-            deck = folder / f"{notebook.stem}.html"
+    with TemporaryDirectory() as folder:
+        decks = [Path(folder, f"{notebook.stem}.html") for notebook in notebooks]
+        for notebook, deck in zip(notebooks, decks):
             deck.write_text(slides_page(notebook), encoding="utf-8")
-            yield from [f"# {notebook.stem}", *table(meter.rows(deck)), ""]
+        for notebook, rows in zip(notebooks, measured(decks)):
+            yield from [f"# {notebook.stem}", *table(rows), ""]

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from html import escape
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import Literal
 
 from bs4 import BeautifulSoup
@@ -268,11 +268,14 @@ def questions(cell: NotebookNode, key: bool) -> list[NotebookNode]:
             if answer:
                 found.append((answer, "fragment"))
         printed = ""
-    return [
+    cells = [
         made(cell, text, kind, number, tag="question")
         for number, (text, kind) in enumerate(found)
-        if key or kind != "fragment"
     ]
+    for asked, answer in pairwise(cells):
+        if slide_type(answer) == "fragment":
+            asked.metadata.slideshow["data"] = {"answer": len(answer.source)}
+    return [one for one in cells if key or slide_type(one) != "fragment"]
 
 
 # --- The ledger's table: one to three verdicts, large, each on a card ---

@@ -1,15 +1,12 @@
 """The command: what it refuses, and that the tests here can fail."""
 
 import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import nbformat
 import pytest
 
 from pgm_book.make import page
-from pgm_book.make.__main__ import ROOT, main
+from pgm_book.make.__main__ import main
 from pgm_book.make.browser import find_browser
 from pgm_book.make.errors import PublishError
 from pgm_book.make.page import slides_page
@@ -146,14 +143,3 @@ def test_unknown_names_and_an_empty_folder_are_said(tmp_path, capsys):
     nbformat.write(example(), tmp_path / "01_example.ipynb")
     assert main(["slides", "99", "--notebooks", str(tmp_path)]) == 1
     assert "there are: 01_example" in capsys.readouterr().err
-
-
-def test_the_command_line(tmp_path):
-    nbformat.write(example(), tmp_path / "01_example.ipynb")
-    command = [sys.executable, "-m", "pgm_book.make", "student", "01"]
-    folders = ["--notebooks", str(tmp_path), "--build", str(tmp_path / "build")]
-    result = subprocess.run(
-        command + folders, cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    written = [Path(line).name for line in result.stdout.splitlines()]
-    assert written == ["01_example.ipynb", "01_example.ipynb", "my_pgm.py"]

@@ -173,9 +173,9 @@ def test_answers_and_notes_are_not_in_the_students_file(small):
     assert "secret" not in student and "[2143.5 1423.5]" not in student
 
 
-def test_the_key_to_go_on_first_opens_the_right_choice(watched, lesson, tmp_path):
+def test_the_key_to_go_on_first_opens_the_right_choice(watched, lesson_decks):
     page = watched.page
-    page.goto(written(tmp_path, slides_page(lesson)).as_uri())
+    page.goto(address(lesson_decks[0]))
     watched.wait()
     at_the_first_prediction(page)
     number = page.evaluate("Reveal.getSlidePastCount()")
@@ -197,10 +197,10 @@ def at_the_first_prediction(page) -> None:
     )
 
 
-def test_the_space_bar_opens_the_choice_that_has_the_focus(watched, lesson, tmp_path):
+def test_the_space_bar_opens_the_choice_that_has_the_focus(watched, lesson_decks):
     """And not the right one: whoever presses it there has chosen."""
     page = watched.page
-    page.goto(written(tmp_path, slides_page(lesson)).as_uri())
+    page.goto(address(lesson_decks[0]))
     watched.wait()
     at_the_first_prediction(page)
     choices = page.locator("section section.present .pgm-predict details")

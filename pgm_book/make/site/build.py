@@ -58,6 +58,6 @@ def _run_sphinx(source: Path, site: Path) -> None:
     app.build()
     if app.statuscode or app._warncount:
         raise PublishError("the site has the faults listed above.")
-    (
-        site / ".buildinfo"
-    ).unlink()  # it depends on the folder, and the site is made anew
+    # It depends on the folder, and the site is made anew; and a template of the theme
+    for name in (".buildinfo", "_static/webpack-macros.html"):
+        (site / name).unlink()

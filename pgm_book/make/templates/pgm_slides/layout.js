@@ -22,6 +22,16 @@ function overflow(slide) {
   );
 }
 
+// A student's slide with a question leaves the room of the lecturer's for the answer.
+function leaveRoom(slide) {
+  const room = document.createElement("div");
+  room.className = "cell text";
+  const words = "answer it ".repeat(slide.dataset.answer / 10);
+  room.innerHTML = `<blockquote><p>${words}</p></blockquote>`;
+  if (!slide.querySelector("blockquote")) slide.append(room);
+  return room;
+}
+
 // A slide of a few lines, without code or a figure, takes in the next one if both can be
 // read together; so two quick questions stand on one slide.
 function fitWithNext(slide, number) {

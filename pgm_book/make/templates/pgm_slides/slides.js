@@ -40,9 +40,11 @@ const SLIDES = ".slides > section > section";
 window.afterTypesetting = async () => {
   const images = [...document.images].map((image) => image.decode().catch(() => {}));
   await Promise.all(images);
+  const rooms = [...document.querySelectorAll("section[data-answer]")].map(leaveRoom);
   for (const [number, slide] of document.querySelectorAll(SLIDES).entries()) {
     if (slide.isConnected) fitWithNext(slide, number);
   }
+  rooms.forEach((room) => room.remove());
   document.querySelectorAll("aside.notes").forEach(prepareNotes);
   // The heading of a slide comes right below the title, whatever its size.
   for (const heading of document.querySelectorAll(".slides h3")) {
