@@ -137,6 +137,17 @@ def test_the_plate_is_the_thin_plate_spline_of_its_ground():
     assert np.abs(plate - hill)[known].max() < 0.02
 
 
+def test_the_bending_energy_is_that_of_a_thin_plate():
+    """The sum of zxx^2 + 2 zxy^2 + zyy^2, known in closed form for these surfaces."""
+    n = 20
+    y, x = np.mgrid[:n, :n].astype(float)
+    bending = module._bending((n, n))
+    energies = [np.ravel(z) @ (bending @ np.ravel(z)) for z in (x, x * y, x**2, y**2)]
+    np.testing.assert_allclose(
+        energies, [0, 2 * (n - 1) ** 2, 4 * n * (n - 2), 4 * n * (n - 2)], atol=1e-9
+    )
+
+
 def test_a_terrain_that_rests_on_nothing_measured_is_said_to(land):
     """A smooth valley amid hills whose heights are good to 2.3 m, in cells of 24 m.
 
