@@ -81,14 +81,8 @@ def _unreadable(error: OSError | ValueError, name: str) -> OSError:
 def save(contents: Mapping[Name, str | bytes], *, overwrite: bool = False) -> None:
     """Write a set of files: texts, or bytes as they are; all of them, or none.
 
-    Raises
-    ------
-    FileExistsError
-        If one exists already and `overwrite` is False.
-    OSError
-        If one cannot be written, or is not a regular file.
-    ValueError
-        If a path is not the name of a file, or `overwrite` is neither True nor False.
+    A FileExistsError if one exists already and `overwrite` is False, an OSError if one
+    cannot be written, or is not a regular file.
     """
     with _temporaries(list(contents), overwrite) as parts:
         for part, (path, text) in zip(parts, contents.items()):

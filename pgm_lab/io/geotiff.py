@@ -291,15 +291,7 @@ def installed() -> bool:
 
 
 def wkt(crs: str) -> str:
-    """Well-known text of a coordinate reference system, of the kind that LAS holds.
-
-    Raises
-    ------
-    ImportError
-        If rasterio is not installed.
-    ValueError
-        If it is not known.
-    """
+    """Well-known text of a coordinate reference system, of the kind that LAS holds."""
     if not installed():
         raise ImportError(f"a coordinate reference system needs rasterio: {INSTALL}")
     return _system(crs).to_wkt()
@@ -373,30 +365,9 @@ def write_bands(
 ) -> None:
     """Write a GeoTIFF in place; for an atomic one, give it a temporary name.
 
-    Parameters
-    ----------
-    path : Path
-    bands : ndarray (bands, rows, columns)
-    transform : array_like (2, 3), optional
-        As of a `Raster`: from the outer corner of the first pixel.
-    crs : str, optional
-        "EPSG:32748", for example.
-    nodata : float, optional
-    names : sequence of str
-        Descriptions of the bands.
-    tags : mapping of int to mapping, optional
-        Further words on a band, by its number from 1.
-    **options
-        Creation options of GDAL, such as ``compress="deflate"``.
-
-    Raises
-    ------
-    ImportError
-        If rasterio is not installed.
-    OSError
-        If it cannot be written.
-    ValueError
-        If `crs` is not known.
+    `bands` are (bands, rows, columns), `names` their descriptions, `tags` further words
+    on a band by its number from 1, `options` creation options of GDAL. Raises an
+    OSError if it cannot be written, a ValueError if `crs` is not known.
     """
     if not installed():
         raise ImportError(f"a GeoTIFF is written by rasterio: {INSTALL}")

@@ -151,7 +151,8 @@ def _unseen(
         part = np.s_[top + down : bottom + down, left + across : right + across]
         unseen[top:bottom, left:right] = without_data(sensed[part])
     size = 2 * radius + 1
-    return cv2.dilate(unseen, np.ones((size, size), np.uint8)) > 0
+    cv2.dilate(unseen, np.ones((size, size), np.uint8), unseen)
+    return unseen.view(bool)
 
 
 def read_points(path: str | os.PathLike, raster: Raster | None = None) -> np.ndarray:

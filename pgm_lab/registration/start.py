@@ -180,10 +180,8 @@ def _reduced(image: np.ndarray, scale: int) -> np.ma.MaskedArray:
     if holes and grey.dtype.kind == "f":
         grey = np.where(none, 0, grey)
     means = cv2.resize(grey, small, interpolation=cv2.INTER_AREA)
-    if not holes:
-        return np.ma.array(means, mask=False)
-    share = cv2.resize(none.astype(np.float32), small, interpolation=cv2.INTER_AREA)
-    return np.ma.array(means, mask=share > 0)
+    mask = none.reshape(small[1], scale, small[0], scale).any(axis=(1, 3))
+    return np.ma.array(means, mask=mask)
 
 
 def chance(
@@ -196,20 +194,8 @@ def chance(
 ) -> float:
     """Pearson's r that one of a hundred chips reaches where it does not belong.
 
-    Each chip is searched for at the place of another one, which is in the middle of
-    the list from it.
-
-    Parameters
-    ----------
-    reference, sensed, points, chip, radius
-        As for `register`.
-    start : array_like (n, 2)
-        Where the points are in the sensed image, (column, row) in pixels.
-
-    Returns
-    -------
-    float
-        NaN if nothing could be compared.
+    Each chip is searched for at the place of another one, half of the list from it;
+    `start` is where the points are in the sensed image. NaN if nothing was compared.
     """
     points = _validate.point_list(points, "points")
     start = _validate.point_list(start, "start", len(points))

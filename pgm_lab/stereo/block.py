@@ -352,7 +352,7 @@ def plot_pair(task: Task) -> tuple[int, float]:
         points.xyz[inside], points.sd[inside, 2], task.cell, task.largest_gap
     )
     box = np.array([*first, *z.shape[::-1]])
-    stored = {"fingerprint": task.fingerprint, "box": box, "points": n}
+    stored: dict[str, Any] = {"fingerprint": task.fingerprint, "box": box, "points": n}
     with _files.atomic(task.file, overwrite=True) as part, part.open("xb") as file:
         np.savez(file, **stored, z=z, weight=weight)
     return n, time.perf_counter() - start
@@ -456,7 +456,7 @@ def _workers(client: Any, workers: int, folder: Path) -> Iterator[Plot]:
     if client is None:
         with futures.ThreadPoolExecutor(workers) as threads:
             work = plot_pair if workers == 1 else _in_a_process
-            yield functools.partial(threads.submit, work)
+            yield lambda task: threads.submit(work, task)
         return
     with _connected(client) as cluster:
         for address, sees in cluster.run(os.path.isfile, str(folder / LIST)).items():
@@ -466,7 +466,7 @@ def _workers(client: Any, workers: int, folder: Path) -> Iterator[Plot]:
                     " a disk that all workers have under the same name"
                 )
         with cluster.get_executor(pure=False) as executor:
-            yield functools.partial(executor.submit, plot_pair)
+            yield lambda task: executor.submit(plot_pair, task)
 
 
 def _in_a_process(task: Task) -> tuple[int, float]:

@@ -314,14 +314,16 @@ def _in_bands(
     done: Done,
 ) -> tuple[np.ndarray, ...]:
     """Results of all rows from work on bands of them that overlap by a margin."""
-    parts = []
+    out: tuple[np.ndarray, ...] = ()
     for first in range(0, rows, BAND):
         band = slice(max(first - margin, 0), min(first + BAND + margin, rows))
-        start = first - band.start
-        keep = slice(start, start + min(BAND, rows - first))
-        parts.append(tuple(a[keep] for a in work(band)))
-        done(parts[-1][0].size)
-    return tuple(np.concatenate(p) for p in zip(*parts, strict=True))
+        found = work(band)
+        out = out or tuple(np.empty((rows, a.shape[1]), a.dtype) for a in found)
+        last, start = min(first + BAND, rows), first - band.start
+        for whole, a in zip(out, found, strict=True):
+            whole[first:last] = a[start : start + last - first]
+        done((last - first) * found[0].shape[1])
+    return out
 
 
 # --- From coarse to fine ---

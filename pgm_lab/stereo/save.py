@@ -163,7 +163,7 @@ def _points_csv(points: Points, path: Path, _: str | None) -> None:
 
 
 def _surface_csv(surface: Surface | Terrain, path: Path, _: str | None) -> None:
-    name, layer, _ = _layer(surface)
+    name, layer = _layer(surface)[:2]
     rows, columns = np.nonzero(np.isfinite(surface.z))
     x = surface.corner[0] + surface.cell * columns
     y = surface.corner[1] - surface.cell * rows

@@ -109,31 +109,12 @@ def test_folders_pipes_and_devices_are_neither_replaced_nor_waited_for(tmp_path)
     assert names(tmp_path) == ["file", "pipe"]
 
 
-@pytest.mark.parametrize("kind", [str, Path])
-@pytest.mark.parametrize(
-    "url", ["https://a.org/b.csv", "s3://a/b.csv", "file:///tmp/b"]
-)
-def test_an_address_in_the_network_becomes_no_folder(tmp_path, monkeypatch, url, kind):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(ValueError, match="on this computer; got the address"):
-        files.save({kind(url): "x"})
-    with pytest.raises(ValueError, match="photo must be .* on this computer"):
-        files.existing(kind(url), "photo")
-    assert names(tmp_path) == []
-
-
 def test_a_tilde_is_the_home_of_the_user_and_a_drive_no_address(tmp_path, monkeypatch):
     for name in ("HOME", "USERPROFILE"):
         monkeypatch.setenv(name, str(tmp_path))
     files.save({"~/a.csv": "1"})
     assert names(tmp_path) == ["a.csv"] and files.content("~/a.csv", "a") == b"1"
     assert files.local("C:/data/a.csv", "path") == Path("C:/data/a.csv")
-
-
-@pytest.mark.parametrize("path", ["", " ", None, 3, b"a.csv"])
-def test_what_is_no_name_is_refused(path):
-    with pytest.raises(ValueError, match="path must be the name of a file; got"):
-        files.save({path: "x"})
 
 
 def test_a_name_that_the_system_refuses_is_named_and_not_repeated_whole(tmp_path):

@@ -195,24 +195,6 @@ def test_without_rasterio_nothing_is_left_away_in_silence(tmp_path, monkeypatch)
 
 # --- Files that are something else ---
 
-VRT = """<VRTDataset rasterXSize="30" rasterYSize="20"><VRTRasterBand dataType="UInt16"
-band="1"><SimpleSource><SourceFilename>{}</SourceFilename></SimpleSource>
-</VRTRasterBand></VRTDataset>"""
-
-
-@pytest.mark.parametrize("suffix", [".tif", ".vrt", ".png"])
-def test_a_virtual_raster_leads_to_no_other_file(tmp_path, rasterio, suffix):
-    """GDAL itself would read it, whatever its name is."""
-    secret = saved(tmp_path / "secret.tif")
-    path = tmp_path / f"a{suffix}"
-    path.write_text(VRT.format(secret))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        with rasterio.open(path) as file:
-            assert np.array_equal(file.read(1), GREY)
-    with pytest.raises(ValueError, match="not an image that can be read"):
-        read(path)
-
 
 @pytest.mark.parametrize(
     "content, error, message",

@@ -311,35 +311,6 @@ def test_points_farther_apart_than_opencv_can_address_are_matched():
     np.testing.assert_allclose(found.points, points, rtol=0, atol=0.01)
 
 
-@pytest.mark.parametrize("dtype", ["<u2", ">u2", ">i4", ">f4", ">f8"])
-def test_the_byte_order_of_an_image_changes_no_match(dtype):
-    left, right = pair(dtype=np.uint8)
-    points = spread(3)
-    start = transformed(points)
-    native = np.dtype(dtype).newbyteorder("=")
-    found, expected = (
-        lsm.match(left.astype(kind), right.astype(kind), points, start)
-        for kind in (dtype, native)
-    )
-    assert found.accepted.all()
-    np.testing.assert_array_equal(found.points, expected.points)
-    np.testing.assert_array_equal(found.covariance, expected.covariance)
-
-
-@pytest.mark.parametrize("kind", [np.int8, np.uint8, np.int16, np.float32, np.int64])
-def test_a_window_of_any_type_of_number_is_the_same_window(kind):
-    """The square of 21 does not fit into eight bits."""
-    left, right = pair()
-    points = spread(2)
-    start = transformed(points)
-    found = lsm.match(left, right, points, start, kind(21), max_iterations=kind(9))
-    assert found.redundancy == 21**2 - 8 and found.accepted.all()
-    p = np.tile([0, 1, 0, 0, 0, 1, 0, 1.0], (2, 1))
-    p[:, [0, 3]] = start
-    dense = lsm.adjust(left, right, points, p, kind(21))
-    assert dense.residuals.shape == (2, 441) and set(dense.redundancy) == {433}
-
-
 @pytest.mark.parametrize("side", [(1, 0), (-1, 0), (0, 1), (0, -1)])
 @pytest.mark.parametrize("stretch", [1.0, 1.3])
 def test_a_window_may_reach_to_the_outermost_pixel_centres_and_no_farther(

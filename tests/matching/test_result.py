@@ -45,16 +45,6 @@ def test_the_table_holds_every_number_and_what_became_of_each_point(found, tmp_p
         np.testing.assert_array_equal(read, values)
 
 
-def test_a_table_is_not_overwritten_unasked_nor_half_written(found, tmp_path):
-    path = tmp_path / "found.csv"
-    path.write_text("mine")
-    with pytest.raises(FileExistsError, match="already exists"):
-        found.save(path)
-    assert path.read_text() == "mine" and len(list(tmp_path.iterdir())) == 1
-    found.save(path, overwrite=True)
-    assert path.read_text().startswith("point,left column")
-
-
 def test_covariances_are_shared_between_the_photos_through_the_shape(found):
     seen = observations.from_matches(found.chosen, {"B": found}, SIZE, 0.01, left="A")
     n = int(found.accepted.sum())

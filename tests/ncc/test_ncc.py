@@ -90,13 +90,6 @@ def test_correlation_keeps_all_digits_where_the_computing_form_loses_them():
     assert abs(ncc.regression(a, b).r - truth) > 1e-4
 
 
-@pytest.mark.parametrize("scale", [5e-324, 1e-200, 1e200, 1e306, 1e308])
-def test_correlation_at_the_limits_of_double_precision(scale):
-    a, b = np.round(RNG.uniform(-1, 1, (2, 9, 9)), 2)
-    a = np.round(100 * a) * scale if scale < 1e-300 else a * scale
-    assert ncc.correlation(a, b) == pytest.approx(exact_r(a, b), abs=1e-12)
-
-
 def test_regression_is_that_of_scipy():
     a, b = RNG.uniform(0, 255, (2, 15, 15))
     line = stats.linregress(a.ravel(), b.ravel())
@@ -254,52 +247,6 @@ def test_map_of_a_stack_is_the_stack_of_maps():
     for i, j in [(0, 0), (1, 69), (2, 33)]:
         alone = ncc.correlation_map(templates[j], searches[i, j])
         np.testing.assert_allclose(r[i, j], alone, atol=1e-12)
-
-
-def rational_map(template, search):
-    """The map in whole numbers; Python's integers have all digits."""
-
-    def centred(window):
-        whole = [int(Fraction(v) * 2**1074) for v in window.ravel().tolist()]
-        return [window.size * v - sum(whole) for v in whole]
-
-    h, w = template.shape
-    t, result = centred(template), np.zeros(np.subtract(search.shape, (h - 1, w - 1)))
-    for i, j in np.ndindex(result.shape):
-        s = centred(search[i : i + h, j : j + w])
-        if any(s):
-            product = sum(p * q for p, q in zip(t, s, strict=True))
-            norms = sum(v * v for v in t) * sum(v * v for v in s)
-            sign = 1 if product > 0 else -1
-            result[i, j] = sign * (product**2 / norms) ** 0.5
-    return result
-
-
-EXTREME = {  # at the limits of the types, and where sums of grey values overflow
-    "large offset": lambda g, k: 1e12 + 1e-2 * g,
-    "bright pixel": lambda g, k: np.where(g == g.max(), 1e14, 1e-3 * g),
-    "faint beside the largest": lambda g, k: np.where(g == g.max(), 1e300, 1e-300 * g),
-    "close to the largest float": lambda g, k: 1e307 * g,
-    "close to the smallest float": lambda g, k: np.where(
-        g > 1.5, 1.0, -1e307 * np.abs(g) - 1e307
-    ),
-    "all of them": lambda g, k: np.where(g > 0, 1.7e308, -1.7e308) + 1e300 * g,
-    "denormal": lambda g, k: np.round(50 * g) * 5e-324,
-    "int64": lambda g, k: 2**60 + k,
-    "int64 from end to end": lambda g, k: np.where(k > 10, 2**63 - 1 - k, -(2**63) + k),
-    "uint64": lambda g, k: np.uint64(2**64 - 1) - k.astype(np.uint64),
-}
-
-
-@pytest.mark.parametrize("kind", EXTREME)
-def test_map_is_exact_to_1e_6_at_the_limits_of_the_types(kind):
-    rng = np.random.default_rng(8)
-    grey = rng.normal(size=(12, 13))
-    search = EXTREME[kind](grey, rng.integers(0, 20, grey.shape))
-    for template in (search[2:6, 1:6], search[3:8, 4:8], search[7:9, 2:7]):
-        r = ncc.correlation_map(template, search)
-        truth = rational_map(template, search)
-        np.testing.assert_allclose(r, truth, rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize("size", [(1, 5), (5, 1), (1, 2)])
@@ -617,19 +564,3 @@ def test_parabola_is_biased_towards_whole_pixels_and_not_at_all_by_symmetry_at_h
     assert abs(bias[0.0]) < 0.004
     assert -0.08 < bias[0.25] < -0.01
     assert 0.01 < bias[0.75] < 0.08
-
-
-@pytest.mark.parametrize("dtype", ["<u2", ">u2", ">i4", ">i8", ">f4", ">f8", "?"])
-def test_the_byte_order_of_an_image_changes_no_correlation(dtype):
-    grey = np.random.default_rng(7).integers(0, 2 if dtype == "?" else 999, (60, 70))
-    stored, native = grey.astype(dtype), grey.astype(np.dtype(dtype).newbyteorder("="))
-    found, expected = (
-        ncc.match(g, np.roll(g, 3, axis=1), [(30, 30)], search=31, refine="parabola")
-        for g in (stored, native)
-    )
-    np.testing.assert_array_equal(found.points, expected.points)
-    assert found.status == "accepted" and abs(found.points[0, 0] - 33) < 0.3
-    maps = [ncc.correlation_map(g[10:21, 10:21], g) for g in (stored, native)]
-    np.testing.assert_array_equal(*maps)
-    lines = [ncc.regression(g[:9, :9], g[1:10, :9]) for g in (stored, native)]
-    assert lines[0] == lines[1]

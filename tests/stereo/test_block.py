@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import cv2
 import numpy as np
 import pytest
 
@@ -228,16 +227,6 @@ def test_overlap_is_a_share_of_the_smaller_footprint():
     )
     # 100 x 0.2 mm at 1 : 25 000 are 500 m, of which 450 m lie below the other photo
     assert stereo.neighbours([low, high], ground=0, least=0.85).tolist() == [[0, 1]]
-
-
-@pytest.mark.parametrize("suffix", [".jpg", ".tif", ".png"])
-def test_a_photo_file_is_read_grey(tmp_path, block, photos, suffix):
-    grey = cv2.GaussianBlur(block[0][0].grey, (0, 0), 2)
-    path = tmp_path / f"Höhe{suffix}"
-    path.write_bytes(cv2.imencode(suffix, cv2.merge([grey] * 3))[1].tobytes())
-    photo = dataclasses.replace(photos[0], path=path)
-    assert photo.blank().grey.shape == grey.shape
-    np.testing.assert_allclose(photo.read().grey, grey, atol=3)
 
 
 def test_the_system_of_a_geotiff_is_taken_over_where_it_fits_the_station(

@@ -131,20 +131,6 @@ def test_heights_as_geotiff_and_as_csv(name, layer, tmp_path, request):
     assert np.array_equal(read[layer], values[known])
 
 
-def test_a_file_that_is_there_stays_and_nothing_half_written(points, surface, tmp_path):
-    file = tmp_path / "points.csv"
-    file.write_text("mine")
-    with pytest.raises(FileExistsError, match="already exists"):
-        stereo.save_points(points, file)
-    assert file.read_text() == "mine"
-    stereo.save_points(points, file, overwrite=True)
-    assert file.read_text().startswith("X,Y,Z")
-    pytest.importorskip("rasterio")
-    with pytest.raises(ValueError, match="is not known"):
-        stereo.save_surface(surface, tmp_path / "dsm.tif", crs="nowhere")
-    assert list(tmp_path.iterdir()) == [file]
-
-
 def test_what_cannot_be_saved_is_refused(points, surface, tmp_path, monkeypatch):
     for library in ("laspy", "rasterio"):
         monkeypatch.setitem(sys.modules, library, None)
