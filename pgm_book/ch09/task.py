@@ -22,6 +22,7 @@ from pgm_lab.rotation import angles, matrix
 SIZE, CORNERS, SIGMA = (1200, 900), (8, 6), 0.15  # px; inner corners; px
 RULE = 0.5  # m
 TILTS = ((0, 0), (0.6, 0), (-0.6, 0), (0, 0.6), (0, -0.6), (0.45, 0.45))
+FLAT = "A board of paper is not flat: let its corners be unknowns."
 WANTED = (
     'a dictionary {"c": ..., "sd": ..., "PQ": ...}: pixels, pixels and metres,'
     " one number each"
@@ -207,7 +208,7 @@ def slips(truth: Truth) -> dict[str, dict[str, float]]:
     ideal = np.array([camera[0], *np.zeros(9)])
     flat = bent[0] / PIXEL[0], np.sqrt(D[0, 0]) / PIXEL[0]
     return {
-        "A board of paper is not flat: let its corners be unknowns.": {
+        FLAT: {
             "c": flat[0],
             "sd": flat[1],
             "PQ": _edge(truth.cupboard, bent),
@@ -247,6 +248,8 @@ def hint(truth: Truth, result: object) -> str:
         off = np.abs(found / [wrong["c"], wrong["sd"], wrong["PQ"]] - 1)
         if np.all(off < (2e-4, 0.05, 5e-4)):
             return words
+    if abs(found[0] - truth.flat[0][0] / PIXEL[0]) < truth.sd[0]:
+        return FLAT
     return (
         "Test the parts: sigma0 of the board should be near 0.15 px, the y parallaxes"
         " of the cupboard as well, and the rule must come out as long as it is."
