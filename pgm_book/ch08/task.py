@@ -255,7 +255,7 @@ def hint(truth: Truth, result: object) -> str:
             return words
     if judge(truth, result)[0].holds:
         return (
-            "The heights are right. The sd of each, in metres, follows from H/B, the GSD"
+            "The heights are right. The sd of each, in m, follows from H/B, the GSD"
             " and 0.12 px, with the depth of the point for H."
         )
     return (
