@@ -224,12 +224,16 @@ def named(result: Any, wanted: dict[str, tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _chance(number: str, name: str, secret: str) -> np.random.RandomState:
-    """Return the stream of a name; unlike `default_rng`, it never changes (NEP 19)."""
+    """Return the stream of a name."""
     if not isinstance(name, str) or not name.strip():
         raise ValueError("name must be a text, such as 'Ada Lovelace'")
-    folded = " ".join(name.casefold().split())
-    seed = hashlib.sha256(f"{number}\n{folded}\n{secret}".encode())
-    return np.random.RandomState(np.frombuffer(seed.digest(), dtype="<u4"))
+    return stream(number, " ".join(name.casefold().split()), secret)
+
+
+def stream(*words: object) -> np.random.RandomState:
+    """Return the stream of words; unlike `default_rng`, it never changes (NEP 19)."""
+    seed = hashlib.sha256("\n".join(map(str, words)).encode()).digest()
+    return np.random.RandomState(np.frombuffer(seed, dtype="<u4"))
 
 
 def _lesson(number: str) -> ModuleType:

@@ -6,7 +6,7 @@ in: public functions, readers of files, commands. Private functions don't check 
 
 import math
 import numbers
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -47,22 +47,12 @@ def real(values: Any, name: str) -> np.ndarray:
 
 def numeric(values: Any, name: str) -> np.ndarray:
     """Return `values` as an array of real numbers of their own type."""
-    members = values if isinstance(values, list | tuple) else ()
-    if np.ma.is_masked(values) or any(map(np.ma.is_masked, members)):
+    if np.ma.is_masked(values):
         raise ValueError(f"{name} has masked values. Leave them out before the call")
-    if isinstance(values, bytearray):
-        raise ValueError(f"{name} must be numbers; got bytes")
     try:
         array = np.asarray(values)
-        if array.dtype == object and all(
-            isinstance(one, numbers.Real | np.bool_) for one in array.flat
-        ):
-            whole = all(isinstance(one, numbers.Integral) for one in array.flat)
-            array = array.astype(np.int64 if whole and array.size else float)
-    except (ValueError, TypeError, OverflowError):  # ragged, or beyond floats
-        raise ValueError(f"{name} must be numbers; got {shown(values)}") from None
-    if array.dtype.kind == "c":
-        raise ValueError(f"{name} must be real numbers; got complex ones")
+    except ValueError:  # ragged
+        array = np.asarray(None)
     if array.dtype.kind not in "fiub":
         raise ValueError(f"{name} must be numbers; got {shown(values)}")
     return array
@@ -351,26 +341,16 @@ def instance(value: Any, kind: type[Kind], name: str) -> Kind:
     raise ValueError(f"{name} must be a {kind.__name__}; got {shown(value)}")
 
 
-def function(value: Any, name: str) -> Callable:
-    """Return `value` if it can be called."""
-    if callable(value):
-        return value
-    raise ValueError(f"{name} must be a function; got {shown(value)}")
-
-
 def several(values: Any, name: str, kind: type = object) -> list:
     """Return the members of a sequence, all of one kind; a text is none."""
-    # What has no length may have no end
-    sequence = isinstance(values, Collection) and np.iterable(values)
-    sequence = sequence and not isinstance(values, str | bytes | Mapping)
-    members = list(values) if sequence else None
-    if members is None or not all(isinstance(one, kind) for one in members):
+    none = isinstance(values, str | bytes | Mapping) or not np.iterable(values)
+    if none or not all(isinstance(one, kind) for one in values):
         what = {object: "values", str: "texts", dict: "rows"}.get(kind)
         raise ValueError(
             f"{name} must be a sequence of {what or kind.__name__ + 's'}; got"
             f" {shown(values)}"
         )
-    return members
+    return list(values)
 
 
 def mapping(values: Any, name: str) -> Mapping:

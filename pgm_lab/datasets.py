@@ -1,4 +1,4 @@
-"""The data behind the workbook: source tables, an adjusted network, images, the ledger.
+"""The data behind the workbook: source tables, images, the ledger.
 
 Every file lies in ``data/``; ``data/README.md`` says where it comes from and under
 which licence. Files that were measured elsewhere are checked against their SHA-256
@@ -23,7 +23,6 @@ __all__ = [
     "Bani2010",
     "Chequerboard",
     "Harintaka2020",
-    "Jaicov9x50",
     "Muliawan2013",
     "Orthophoto",
     "StereoPair",
@@ -32,7 +31,6 @@ __all__ = [
     "chequerboard",
     "folder",
     "harintaka2020",
-    "jaicov_9x50",
     "landsat",
     "landsat_pair",
     "motorcycle",
@@ -344,84 +342,6 @@ def harintaka2020() -> Harintaka2020:
         "harintaka2020_table1.csv", "test_points", "interactive_m", "automatic_m"
     )
     return Harintaka2020(flight, table1[:, 0].astype(int), table1[:, 1], table1[:, 2])
-
-
-# --- A network that another program has adjusted, to compare with ---
-
-
-@dataclass(frozen=True)
-class Jaicov9x50:
-    """Nine simulated photos of fifty targets, and their adjustment by JAICOV.
-
-    A free network with inner constraints on all points, evaluated anew at the points of
-    each iteration; all ten interior parameters; lens "forward". Exterior and interior
-    orientations are in the order and units of `Muliawan2013`.
-
-    Attributes
-    ----------
-    photo, point : ndarray (450,)
-        Indices from 0 of the observations.
-    xy, sigma : ndarray (450, 2)
-        Photo coordinates and their standard deviations; mm.
-    interior, exteriors, points : ndarray (10,), (9, 6), (50, 3)
-        Start values.
-    adjusted_interior, adjusted_exteriors, adjusted_points : ndarray
-        What JAICOV found.
-    interior_sd, exteriors_sd, points_sd : ndarray
-        Its standard deviations, a posteriori.
-    variance : float
-        Its estimated variance of unit weight, sigma0^2.
-    redundancy : int
-        Observations - unknowns + constraints.
-    """
-
-    photo: np.ndarray
-    point: np.ndarray
-    xy: np.ndarray
-    sigma: np.ndarray
-    interior: np.ndarray
-    exteriors: np.ndarray
-    points: np.ndarray
-    adjusted_interior: np.ndarray
-    adjusted_exteriors: np.ndarray
-    adjusted_points: np.ndarray
-    interior_sd: np.ndarray
-    exteriors_sd: np.ndarray
-    points_sd: np.ndarray
-    variance: float = 0.9487167938
-    redundancy: int = 693
-
-
-def jaicov_9x50() -> Jaicov9x50:
-    """Load a network of nine photos that JAICOV, a program in Java, has adjusted.
-
-    References
-    ----------
-    JAICOV, https://github.com/applied-geodesy/bundle-adjustment.
-
-    Examples
-    --------
-    >>> network = jaicov_9x50()
-    >>> network.xy.shape, network.points.shape
-    ((450, 2), (50, 3))
-    >>> print(f"c = {network.adjusted_interior[0]:.4f} mm")
-    c = 34.9993 mm
-    """
-    name = "jaicov_9x50_{}.csv".format
-    # The tables list the parameters, photos and points in their order
-    interior, interior_sd = _columns(name("interior"), "value", "sd").T
-    return Jaicov9x50(
-        *_image_points(name("image_points")),
-        interior=np.array([35.4] + [0.0] * (len(INTERIOR) - 1)),
-        exteriors=_columns(name("start_exterior"), *EXTERIOR),
-        points=_columns(name("start_object_points"), *XYZ),
-        adjusted_interior=interior,
-        adjusted_exteriors=_columns(name("exterior"), *EXTERIOR),
-        adjusted_points=_columns(name("object_points"), *XYZ),
-        interior_sd=interior_sd,
-        exteriors_sd=_columns(name("exterior"), *(f"sd_{axis}" for axis in EXTERIOR)),
-        points_sd=_columns(name("object_points"), *(f"sd_{axis}" for axis in XYZ)),
-    )
 
 
 # --- Real images ---

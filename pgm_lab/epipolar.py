@@ -6,18 +6,14 @@ epipolar plane. It contains the base b = O'' - O' and both rays, so that (M 2.31
     b . (u' x u'') = 0.
 
 Rays in the frames of their photos are x' = (x', y', -c'), with ideal x' and y', and in
-object space u' = M'ᵀ x', u'' = M''ᵀ x''. As b . (u' x u'') = -u' . (b x u''), this is
-
-    x'ᵀ E x'' = 0   with   E = -M' [b]x M''ᵀ,
-
-the essential matrix of `essential`. For a given x' the vector n'' = Eᵀ x', which is
-M'' (b x u'), is the normal of the epipolar plane in the frame of the right photo, and
-n'' . x'' = 0 is the equation of a straight line, the epipolar line:
+object space u' = M'ᵀ x', u'' = M''ᵀ x''. For a given x' the vector n'' = M'' (b x u')
+is the normal of the epipolar plane in the frame of the right photo, and n'' . x'' = 0
+is the equation of a straight line, the epipolar line:
 
     n1 x'' + n2 y'' - c'' n3 = 0.
 
 All epipolar planes contain the base; so all lines of a photo pass through the point
-where the base pierces it, its epipole: E e'' = 0 and Eᵀ e' = 0.
+where the base pierces it, its epipole.
 
 Photos with the same station have no epipolar geometry; they, and any other argument
 that is not as described, raise ValueError. Pixels are (column, row), with lens
@@ -30,17 +26,14 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, frames
+from pgm_lab import _validate
 from pgm_lab.camera import Photo, measured
 from pgm_lab.camera.imaging import attitude
 
 __all__ = [
     "Epipole",
     "curve",
-    "distance",
     "epipole",
-    "essential",
-    "fundamental",
     "line",
     "plane",
 ]
@@ -138,47 +131,13 @@ def line(left: Photo, right: Photo, pixels: ArrayLike) -> np.ndarray:
     return np.stack([a, b, -right.camera.c * w], -1) / slope[..., None]
 
 
-def distance(
-    left: Photo, right: Photo, left_pixels: ArrayLike, right_pixels: ArrayLike
-) -> np.ndarray:
-    """Distances (...) of right points from the epipolar lines of left ones.
-
-    In pixels of the right photo, perpendicular to the line, with a sign.
-
-    Parameters
-    ----------
-    left, right : Photo
-    left_pixels, right_pixels : array_like (..., 2)
-        The same points.
-
-    Examples
-    --------
-    >>> from pgm_lab.camera import Camera
-    >>> left, right = (
-    ...     Photo(np.zeros((40, 60)), Camera(24.0), (X, 0, 100, 0, 0, 0), 0.005)
-    ...     for X in (0, 30)
-    ... )
-    >>> distance(left, right, (40.0, 9.5), (12.0, 9.0)).round(6)
-    np.float64(0.5)
-    """
-    _two_photos(left, right)
-    one = _validate.points(left_pixels, 2, "left_pixels")
-    other = _validate.points(right_pixels, 2, "right_pixels")
-    _validate.broadcast(left_pixels=one, right_pixels=other)
-    lines, xy = line(left, right, one), right.ideal(other)
-    off = lines[..., 0] * xy[..., 0] + lines[..., 1] * xy[..., 1] + lines[..., 2]
-    return off / right.pixel_size
-
-
 def curve(
     left: Photo,
     right: Photo,
     pixel: ArrayLike,
-    heights: ArrayLike | None = None,
-    *,
-    depths: ArrayLike | None = None,
+    heights: ArrayLike,
 ) -> np.ndarray:
-    """Pixels (k, 2) in the right photo of one left pixel, at these heights or depths.
+    """Pixels (k, 2) in the right photo of one left pixel, at these heights.
 
     Without lens distortion they lie on a straight line; with it, on a curve.
     They may lie outside the photo.
@@ -188,11 +147,8 @@ def curve(
     left, right : Photo
     pixel : array_like (2,)
         In the left photo.
-    heights : array_like (k,), optional
-        Z of object space. Either these or depths.
-    depths : array_like (k,), optional
-        Distances from the left station along the axis of its camera, in the unit of the
-        base: for photos with relative orientation only.
+    heights : array_like (k,)
+        Z of object space.
 
     Raises
     ------
@@ -214,17 +170,10 @@ def curve(
     _base_of(left, right)
     u = left.rays(_validate.one_point(pixel, 2, "pixel"))
     X0 = left.exterior[:3]
-    if heights is None and depths is not None:
-        reach = _validate.of_shape(depths, (None,), "depths") / left.camera.c
-        _validate.refuse(reach <= 0, "depths{} are not in front of the left photo")
-    elif heights is not None and depths is None:
-        rise = _validate.of_shape(heights, (None,), "heights") - X0[2]
-        message = "the ray of pixel does not reach heights{}: it leads away from there"
-        _validate.refuse(rise * u[2] <= 0, message)
-        reach = rise / u[2]
-    else:
-        raise ValueError("give either heights or depths: the distance along the ray")
-    return right.project(X0 + reach[:, None] * u)
+    rise = _validate.of_shape(heights, (None,), "heights") - X0[2]
+    message = "the ray of pixel does not reach heights{}: it leads away from there"
+    _validate.refuse(rise * u[2] <= 0, message)
+    return right.project(X0 + (rise / u[2])[:, None] * u)
 
 
 # --- Epipoles ---
@@ -285,114 +234,16 @@ def _pierced(photo: Photo, towards: np.ndarray) -> Epipole:
     return Epipole("inside the photo", U, xy, pixel)
 
 
-# --- Essential and fundamental matrix ---
-
-
-def essential(left_exterior: ArrayLike, right_exterior: ArrayLike) -> np.ndarray:
-    """Essential matrix E of two oriented photos: x'ᵀ E x'' = 0 for each object point.
-
-    Exchanged photos have the transpose. Two of its singular values are the length of
-    the base, the third one is zero.
-
-    Parameters
-    ----------
-    left_exterior, right_exterior : array_like (6,)
-        (X0, Y0, Z0, omega, phi, kappa) in one unit and radians. Of two photos with
-        relative orientation only: zeros, and the exterior of `orientation.relative`.
-
-    Returns
-    -------
-    ndarray (3, 3)
-        In the unit of the base: xᵀ E x of rays (x, y, -c) in the frames of their photos
-        is F of `orientation.coplanarity.condition`.
-
-    References
-    ----------
-    (M 2.30) to (M 2.35); Longuet-Higgins 1981, Nature 293.
-
-    Examples
-    --------
-    >>> essential((0, 0, 0, 0, 0, 0), (60, 0, 0, 0, 0, 0)) + 0.0
-    array([[  0.,   0.,   0.],
-           [  0.,   0.,  60.],
-           [  0., -60.,   0.]])
-    """
-    left = _validate.one_point(left_exterior, 6, "left_exterior")
-    right = _validate.one_point(right_exterior, 6, "right_exterior")
-    # Row i of `crossed` is b x (row i of M'')
-    crossed = np.cross(_base(left, right), attitude(right))
-    return -attitude(left) @ crossed.T
-
-
-def fundamental(left: Photo, right: Photo, *, corrected: bool = False) -> np.ndarray:
-    """Fundamental matrix F in pixels, as OpenCV has it.
-
-    Parameters
-    ----------
-    left, right : Photo
-    corrected : bool
-        F is for pixels corrected for lens distortion by `Photo.without_lens`.
-
-    Returns
-    -------
-    ndarray (3, 3)
-        pᵀ F q = 0 for p = (column, row, 1) in the right and q in the left photo, so
-        that F q is the epipolar line of q. Scaled to a Frobenius norm of 1.
-
-    Raises
-    ------
-    ValueError
-        If a photo has lens distortion and the pixels are not corrected.
-
-    Examples
-    --------
-    >>> from pgm_lab.camera import Camera
-    >>> left, right = (
-    ...     Photo(np.zeros((40, 60)), Camera(24.0), (X, 0, 100, 0, 0, 0), 0.005)
-    ...     for X in (0, 30)
-    ... )
-    >>> abs(np.array([12, 9.5, 1]) @ fundamental(left, right) @ (40, 9.5, 1)) < 1e-12
-    np.True_
-    """
-    _base_of(left, right)
-    if not _validate.flag(corrected, "corrected"):
-        for name, photo in (("left", left), ("right", right)):
-            if photo.camera.interior[3:].any():
-                raise ValueError(
-                    f"{name} has lens distortion: its epipolar lines are not straight,"
-                    " see `curve`. Correct the pixels for it (Photo.without_lens)"
-                    " and pass corrected=True"
-                )
-    E = essential(left.exterior, right.exterior)
-    F = _to_image(right).T @ E.T @ _to_image(left)
-    return F / np.linalg.norm(F)
-
-
-def _to_image(photo: Photo) -> np.ndarray:
-    """Matrix (3, 3) from (column, row, 1) to the ray (x, y, -c), without distortion."""
-    camera, s = photo.camera, photo.pixel_size
-    x, y = photo.to_photo((0.0, 0.0))
-    pixel = np.array([[s, 0, x], [0, -s, y], [0, 0, 1.0]])
-    return frames.interior_matrix(camera.c, camera.x0, camera.y0) @ pixel
-
-
 # --- The base ---
 
 
-def _two_photos(left: Photo, right: Photo) -> None:
+def _base_of(left: Photo, right: Photo) -> np.ndarray:
+    """Base vector from the left to the right station."""
     _validate.instance(left, Photo, "left")
     _validate.instance(right, Photo, "right")
-
-
-def _base_of(left: Photo, right: Photo) -> np.ndarray:
-    _two_photos(left, right)
-    return _base(left.exterior, right.exterior)
-
-
-def _base(left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Base vector from the left to the right station."""
-    base = right[:3] - left[:3]
-    if np.linalg.norm(base) <= 1e-12 * np.abs([left[:3], right[:3]]).max():
+    stations = left.exterior[:3], right.exterior[:3]
+    base = stations[1] - stations[0]
+    if np.linalg.norm(base) <= 1e-12 * np.abs(stations).max():
         raise ValueError(
             "both photos have the same station: without a base there is no epipolar"
             " plane. Was the same photo, or the same exterior orientation, given twice?"

@@ -6,7 +6,7 @@ right, y up, the origin at the centre of the image. Arguments that are not as de
 raise ValueError.
 """
 
-from typing import overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -45,26 +45,6 @@ def image_centre(image_size: ArrayLike) -> np.ndarray:
     return _validate.image_size(image_size) / 2 - 0.5
 
 
-@overload
-def pixel_to_photo(
-    pixels: ArrayLike,
-    image_size: ArrayLike,
-    pixel_size: ArrayLike,
-    check_size: bool = True,
-) -> np.ndarray: ...
-
-
-@overload
-def pixel_to_photo(
-    pixels: ArrayLike,
-    image_size: ArrayLike,
-    pixel_size: ArrayLike,
-    check_size: bool = True,
-    *,
-    covariance: ArrayLike,
-) -> tuple[np.ndarray, np.ndarray]: ...
-
-
 def pixel_to_photo(
     pixels: ArrayLike,
     image_size: ArrayLike,
@@ -72,7 +52,7 @@ def pixel_to_photo(
     check_size: bool = True,
     *,
     covariance: ArrayLike | None = None,
-) -> np.ndarray | tuple[np.ndarray, np.ndarray]:
+) -> Any:
     """Convert pixel coordinates into photo coordinates, and their covariance if given.
 
     The formula holds outside the image too.
@@ -132,29 +112,13 @@ def pixel_to_photo(
     return photo, _propagated(covariance, photo, size_x, -size_y)
 
 
-@overload
-def photo_to_pixel(
-    photo: ArrayLike, image_size: ArrayLike, pixel_size: ArrayLike
-) -> np.ndarray: ...
-
-
-@overload
-def photo_to_pixel(
-    photo: ArrayLike,
-    image_size: ArrayLike,
-    pixel_size: ArrayLike,
-    *,
-    covariance: ArrayLike,
-) -> tuple[np.ndarray, np.ndarray]: ...
-
-
 def photo_to_pixel(
     photo: ArrayLike,
     image_size: ArrayLike,
     pixel_size: ArrayLike,
     *,
     covariance: ArrayLike | None = None,
-) -> np.ndarray | tuple[np.ndarray, np.ndarray]:
+) -> Any:
     """Convert photo coordinates into pixel coordinates: inverse of `pixel_to_photo`.
 
     Parameters

@@ -159,7 +159,6 @@ def from_matches(
     *,
     left: Hashable,
     points: Sequence[Hashable] | None = None,
-    left_share: float = 0.5,
 ) -> Observations:
     """Convert matches of one photo with others into image observations.
 
@@ -180,9 +179,6 @@ def from_matches(
         Of the left photo.
     points : sequence of n names, optional
         Default: 0, 1, ...
-    left_share : float
-        Share of the covariance of a match that is an error of the left point; between
-        0 and 1, both excluded.
 
     Returns
     -------
@@ -200,13 +196,12 @@ def from_matches(
     of the left point, with e_i from the right window, the match scatters by e_i - J
     e_0, and
 
-        C = C_i + J C_0 J^T,    C_i = (1 - s) C,    J C_0 J^T = s C
+        C = C_i + J C_0 J^T,    C_i = C / 2 = J C_0 J^T
 
     with J, the affine shape that least squares matching found (the identity for `ncc`),
-    and s, the share, 1/2 for equal noise and contrast; C_0 is the mean over the photos.
-    All observations are then independent. The measured point is offset from the chosen
-    one by e_0, on the same surface. A share near 0 keeps the chosen point, but treats
-    the matches in more than two photos as independent, which they are not.
+    for equal noise and contrast; C_0 is the mean over the photos. All observations are
+    then independent. The measured point is offset from the chosen one by e_0, on the
+    same surface.
 
     Examples
     --------
@@ -227,28 +222,10 @@ def from_matches(
     chosen = _validate.point_list(left_points, "left_points")
     n = len(chosen)
     names = (*range(n),) if points is None else (*_validate.several(points, "points"),)
-    for name in (left, *names, *_validate.mapping(matches, "matches")):
-        if not isinstance(name, Hashable) or name is None or name != name:
-            raise ValueError(
-                "left, points and photos of matches must be names such as strings or"
-                f" numbers; got {_validate.shown(name)}"
-            )
     if len(names) != n or len(set(names)) != n:
         raise ValueError(f"points must be {n} different names; got {len(names)}")
-    for match in matches.values():
-        if not isinstance(match, Match):
-            raise ValueError(
-                "matches must be results of ncc.match, lsm.match or matching.match; got"
-                f" {_validate.shown(match)}"
-            )
     if left in matches:
         raise ValueError(f"photo {left!r} is the left one: it cannot match itself")
-    share = _validate.number(left_share, "left_share")
-    if not 0 < share < 1:
-        raise ValueError(
-            "left_share must lie between 0 and 1: no observation of a network is exact;"
-            f" got {left_share}"
-        )
     of_left, count = np.zeros((n, 2, 2)), np.zeros(n, int)
     photos, rays, pixels, covariances = [], [], [], []
     dropped: dict[tuple[Hashable, str], int] = {}
@@ -266,8 +243,8 @@ def from_matches(
         photos += [photo] * len(good)
         rays.append(good)
         pixels.append(match.points[good])
-        covariances.append((1 - share) * match.covariance[good])
-        of_left[good] += share * _in_left_photo(match, good)
+        covariances.append(match.covariance[good] / 2)
+        of_left[good] += _in_left_photo(match, good) / 2
         count[good] += 1
     good = np.flatnonzero(count)
     if not len(good):

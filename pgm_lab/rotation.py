@@ -270,10 +270,6 @@ def from_quaternion(quaternion: ArrayLike, tolerance: float = 1e-6) -> np.ndarra
     """
     tolerance = _validate.not_negative(tolerance, "tolerance", "of the length")
     q = _validate.finite(quaternion, "quaternion")
-    if q.ndim == 0 or q.shape[-1] != 4:
-        raise ValueError(
-            f"quaternion must have shape (..., 4), (w, x, y, z); got shape {q.shape}"
-        )
     length = np.linalg.norm(q, axis=-1, keepdims=True)
     off = np.abs(length - 1).max(initial=0.0)
     if off > tolerance:
@@ -474,14 +470,7 @@ def best_fit(product: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 def _angles(**angles: ArrayLike) -> list[np.ndarray]:
     """Angles as float arrays of one common shape."""
     arrays = [_validate.finite(value, name) for name, value in angles.items()]
-    try:
-        return list(np.broadcast_arrays(*arrays))
-    except ValueError:
-        shapes = ", ".join(str(array.shape) for array in arrays)
-        raise ValueError(
-            f"{', '.join(angles)} must broadcast against each other;"
-            f" got shapes {shapes}"
-        ) from None
+    return list(np.broadcast_arrays(*arrays))
 
 
 def _square(M: ArrayLike, name: str = "M") -> np.ndarray:

@@ -1,12 +1,14 @@
 """Small networks for the tests of the bundle adjustment, and its dense twin."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 
 from pgm_lab import adjustment, bundle, camera, datasets, rotation
 from pgm_lab.bundle import dense as textbook
 from pgm_lab.camera import PARAMETERS, Camera
+from pgm_lab.datasets import EXTERIOR, XYZ, _columns, _image_points
 
 LENS = {"K1": 3e-5, "P1": 1e-5, "P2": -2e-5, "b1": 2e-4}
 
@@ -16,6 +18,35 @@ def real():
     data = datasets.muliawan2013()
     start = Camera(*data.interior), data.exteriors, data.object_points
     return bundle.Network(*start, data.photo, data.point, data.xy, data.sigma)
+
+
+def jaicov_9x50():
+    """Nine photos of fifty targets, which JAICOV, a program in Java, has adjusted.
+
+    A free network with inner constraints on all points, lens "forward": start values,
+    what JAICOV found, and its standard deviations, in the order of its tables.
+    """
+    name = "jaicov_9x50_{}.csv".format
+    photo, point, xy, sigma = _image_points(name("image_points"))
+    interior, interior_sd = _columns(name("interior"), "value", "sd").T
+    of_photo, of_point = name("exterior"), name("object_points")
+    return SimpleNamespace(
+        photo=photo,
+        point=point,
+        xy=xy,
+        sigma=sigma,
+        interior=np.array([35.4] + [0.0] * 9),
+        exteriors=_columns(name("start_exterior"), *EXTERIOR),
+        points=_columns(name("start_object_points"), *XYZ),
+        adjusted_interior=interior,
+        adjusted_exteriors=_columns(of_photo, *EXTERIOR),
+        adjusted_points=_columns(of_point, *XYZ),
+        interior_sd=interior_sd,
+        exteriors_sd=_columns(of_photo, *(f"sd_{axis}" for axis in EXTERIOR)),
+        points_sd=_columns(of_point, *(f"sd_{axis}" for axis in XYZ)),
+        variance=0.9487167938,
+        redundancy=693,
+    )
 
 
 def small(lens="backward", photos=6, points=12, cameras=1, sigma=0.001, seed=3, skip=0):

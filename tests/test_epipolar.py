@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pgm_lab import epipolar, orientation, rotation
+from pgm_lab import epipolar, orientation
 from pgm_lab.camera import Camera, Photo
-from pgm_lab.orientation import coplanarity
 
 PLAIN = Camera(24.0, 0.05, -0.03)
 LENS = Camera(24.0, 0.05, -0.03, K1=-1.5e-4, K2=1.5e-7, P1=1e-5, P2=-8e-6)
@@ -32,51 +31,14 @@ def two(camera=PLAIN, other=None):
     return photo(LEFT, camera), photo(RIGHT, other or camera, (300, 1300))
 
 
+def off(left, right, p, q):
+    """Distances of right points from the lines of left ones, in pixels."""
+    line, xy = epipolar.line(left, right, p), right.ideal(q)
+    return (np.sum(line[..., :2] * xy, axis=-1) + line[..., 2]) / right.pixel_size
+
+
 def ground(n=40, seed=1):
     return np.random.default_rng(seed).uniform((-150, -150, 0), (150, 150, 60), (n, 3))
-
-
-def opencv_matrix(one):
-    """K of OpenCV for a photo without lens distortion, in its own frame (y down)."""
-    columns, rows = one.sensor
-    f = one.camera.c / one.pixel_size
-    x = (columns - 1) / 2 + one.camera.x0 / one.pixel_size - one.corner[0]
-    y = (rows - 1) / 2 - one.camera.y0 / one.pixel_size - one.corner[1]
-    return np.array([(f, 0, x), (0, f, y), (0, 0, 1)])
-
-
-def opencv_pose(one):
-    """R of OpenCV: x right, y down, z along the view."""
-    return np.diag([1.0, -1, -1]) @ rotation.matrix(*one.exterior[3:])
-
-
-def test_fundamental_is_the_closed_form_of_opencv_frames():
-    left, right = two()
-    R = opencv_pose(right) @ opencv_pose(left).T
-    t = opencv_pose(right) @ (left.exterior[:3] - right.exterior[:3])
-    tx = np.array([(0, -t[2], t[1]), (t[2], 0, -t[0]), (-t[1], t[0], 0)])
-    K1, K2 = opencv_matrix(left), opencv_matrix(right)
-    F = np.linalg.inv(K2).T @ tx @ R @ np.linalg.inv(K1)
-    F /= np.linalg.norm(F)
-    ours = epipolar.fundamental(left, right)
-    np.testing.assert_allclose(ours * np.sign(np.vdot(F, ours)), F, atol=1e-12)
-
-
-@given(turns, turns, station)
-def test_essential_is_the_coplanarity_condition_and_turns_over(one, other, base):
-    base = np.add(base, (60, 0, 0))
-    left, right = np.array([0, 0, 0, *one]), np.array([*base, *other])
-    E = epipolar.essential(left, right)
-    u = np.random.default_rng(0).normal(size=(2, 6, 3))
-    M = rotation.matrix(*one)
-    R = rotation.matrix(*other).T
-    F = coplanarity.condition(base, R, u[0] @ M, u[1])
-    ours = np.einsum("ni,ij,nj->n", u[0], E, u[1])
-    np.testing.assert_allclose(ours, F, atol=1e-9 * np.linalg.norm(base))
-    np.testing.assert_allclose(epipolar.essential(right, left), E.T, atol=1e-12)
-    singular = np.linalg.svd(E)[1]
-    np.testing.assert_allclose(singular, np.linalg.norm(base) * np.array([1, 1, 0]),
-                               atol=1e-10)  # fmt: skip
 
 
 @given(turns, turns, station)
@@ -88,13 +50,10 @@ def test_true_points_lie_in_plane_on_line_and_curve_with_lens(one, other, base):
     p, q = left.project(X), right.project(X)
     n = epipolar.plane(left, right, p)
     assert np.abs(np.sum(n * X, axis=1)).max() < 1e-9
-    assert np.abs(epipolar.distance(left, right, p, q)).max() < 1e-6
-    depths = -(X @ rotation.matrix(*one)[2])
+    assert np.abs(off(left, right, p, q)).max() < 1e-6
     for k in (0, 1):
         by_height = epipolar.curve(left, right, p[k], [X[k, 2]])
-        by_depth = epipolar.curve(left, right, p[k], depths=[depths[k]])
         np.testing.assert_allclose(by_height, q[k : k + 1], atol=1e-6)
-        np.testing.assert_allclose(by_depth, q[k : k + 1], atol=1e-6)
 
 
 def test_the_lens_bends_the_curve_and_without_it_it_is_straight():
@@ -107,26 +66,6 @@ def test_the_lens_bends_the_curve_and_without_it_it_is_straight():
         assert least <= bend < most
 
 
-def test_fundamental_holds_for_pixels_freed_from_the_lens_and_is_refused_before():
-    left, right = two(LENS)
-    with pytest.raises(ValueError, match="left has lens distortion.*without_lens"):
-        epipolar.fundamental(left, right)
-    F = epipolar.fundamental(left, right, corrected=True)
-    p, q = (one.without_lens(one.project(ground())) for one in (left, right))
-    p, q = np.insert(p, 2, 1, axis=1), np.insert(q, 2, 1, axis=1)
-    line = p @ F.T
-    off = np.sum(q * line, axis=1) / np.hypot(line[:, 0], line[:, 1])
-    assert np.abs(off).max() < 1e-6
-
-
-def test_the_distance_counts_in_pixels_of_the_right_photo():
-    coarse = photo(RIGHT, corner=(0, 0), pixel=2 * PIXEL)
-    pixels = photo(LEFT).project(ground())
-    off = epipolar.distance(photo(LEFT), coarse, pixels, coarse.project(ground()) + 0.7)
-    slope = epipolar.line(photo(LEFT), coarse, pixels)[:, :2] @ (1, -1)
-    np.testing.assert_allclose(off, 0.7 * slope, atol=1e-6)
-
-
 def test_relative_orientation_alone_gives_the_same_lines():
     left, right = two()
     X = ground(12)
@@ -137,7 +76,7 @@ def test_relative_orientation_alone_gives_the_same_lines():
     a, b = epipolar.line(left, right, p), epipolar.line(*model, p)
     np.testing.assert_allclose(a * np.sign(np.sum(a * b, 1, keepdims=True)), b,
                                atol=1e-9)  # fmt: skip
-    assert np.abs(epipolar.distance(*model, p, q)).max() < 1e-6
+    assert np.abs(off(*model, p, q)).max() < 1e-6
 
 
 def test_epipole_is_the_image_of_the_other_station_and_all_lines_meet_there():
@@ -153,9 +92,6 @@ def test_epipole_is_the_image_of_the_other_station_and_all_lines_meet_there():
     assert behind.direction[2] > 0
     lines = epipolar.line(whole, other, [(2000.0, 900), (3000, 1700), (700, 200)])
     assert np.abs(lines @ (*behind.ideal, 1)).max() < 1e-9
-    E = epipolar.essential(one.exterior, other.exterior)
-    assert np.linalg.norm(E @ behind.direction) < 1e-10
-    assert np.linalg.norm(seen.direction @ E) < 1e-10
 
 
 def test_epipole_of_the_normal_case_lies_at_infinity_along_the_base():
@@ -163,13 +99,6 @@ def test_epipole_of_the_normal_case_lies_at_infinity_along_the_base():
     for one, x in zip(epipolar.epipole(left, right), (1, -1)):
         assert one.status == "at infinity" and one.ideal is None and one.pixel is None
         np.testing.assert_allclose(one.direction, (x, 0, 0), atol=1e-15)
-
-
-def test_epipole_outside_has_ideal_coordinates_but_no_pixel():
-    left, right = two(LENS)
-    for one in epipolar.epipole(left, right):
-        assert one.status == "outside the photo" and one.pixel is None
-        assert np.isfinite(one.ideal).all()
 
 
 def along_the_base():
@@ -194,24 +123,13 @@ PIXEL_34 = (3.0, 4)
     ("ask", "message"),
     [
         (lambda: epipolar.epipole(*SAME), "have the same station"),
-        (lambda: epipolar.fundamental(*SAME), "have the same station"),
-        (lambda: epipolar.essential(LEFT, LEFT), "have the same station"),
         (lambda: epipolar.line(*SAME, PIXEL_34), "have the same station"),
         (lambda: epipolar.curve(*SAME, PIXEL_34, [0.0]), "have the same station"),
         (lambda: epipolar.plane(*along_the_base()), r"pixels\[1\] look along the base"),
         (lambda: epipolar.line(*parallel()), "parallel to the right photo"),
-        (lambda: epipolar.curve(*two(), PIXEL_34), "either heights or depths"),
-        (
-            lambda: epipolar.curve(*two(), PIXEL_34, [0.0], depths=[900.0]),
-            "either heights or depths",
-        ),
         (
             lambda: epipolar.curve(*two(), PIXEL_34, [0.0, 2000.0]),
             r"does not reach heights\[1\]",
-        ),
-        (
-            lambda: epipolar.curve(*two(), PIXEL_34, depths=[-5.0]),
-            r"depths\[0\] are not in front",
         ),
     ],
 )

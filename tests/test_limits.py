@@ -3,14 +3,12 @@
 import dataclasses
 import importlib
 import pkgutil
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import pgm_lab
-from pgm_lab import _validate, bundle, ncc, rotation
-from pgm_lab.bundle import refuse
+from pgm_lab import _validate, rotation
 from pgm_lab.ncc import search_area
 from tests.networks import real
 
@@ -54,39 +52,6 @@ def test_a_matrix_is_a_rotation_to_a_millionth(of):
         of(ALMOST * (1 + 0.6e-6))
 
 
-def test_a_quaternion_has_length_one_to_a_millionth():
-    q = rotation.to_quaternion(ALMOST)
-    assert np.allclose(rotation.from_quaternion(q * (1 + 0.9e-6)), ALMOST)
-    with pytest.raises(ValueError, match="must have length 1"):
-        rotation.from_quaternion(q * (1 + 1.1e-6))
-
-
-def test_a_rodrigues_vector_grows_until_the_half_turn():
-    def nearly(cosine):
-        return rotation.from_quaternion([cosine, np.sqrt(1 - cosine**2), 0, 0])
-
-    assert rotation.to_rodrigues(nearly(1.2e-9)) == pytest.approx(
-        [2 / 1.2e-9, 0, 0], rel=1e-6
-    )
-    with pytest.raises(ValueError, match="rotates by 180 degrees"):
-        rotation.to_rodrigues(nearly(0.8e-9))
-
-
-def test_angles_are_told_apart_down_to_1e_10_of_the_middle_one():
-    near = rotation.matrix(0.4, np.pi / 2 - 1.2e-10, 0.3)
-    assert not rotation.is_gimbal(near)
-    assert rotation.angles(near)[[0, 2]].sum() == pytest.approx(0.7)
-    with pytest.warns(RuntimeWarning, match="omega and kappa"):
-        found = rotation.angles(rotation.matrix(0.4, np.pi / 2 - 0.8e-10, 0.3))
-    assert found[2] == 0 and found[0] == pytest.approx(0.7)
-    near = rotation.from_tilt_azimuth_swing(1.2e-10, 2.0, -1.0)
-    assert rotation.to_tilt_azimuth_swing(near) == pytest.approx([1.2e-10, 2.0, -1.0])
-    with pytest.warns(RuntimeWarning, match="azimuth and swing"):
-        rotation.to_tilt_azimuth_swing(
-            rotation.from_tilt_azimuth_swing(0.8e-10, 2.0, -1.0)
-        )
-
-
 def with_covariance(change, scale=4e-6):
     network = real()
     C = np.tile(scale * np.array([[1.0, 0.5], [0.5, 1.0]]), (len(network.xy), 1, 1))
@@ -107,43 +72,6 @@ def test_a_covariance_leaves_every_direction_an_error():
     for more, why in ((0.5, "no error at all"), (0.5001, "not positive semi-definite")):
         with pytest.raises(ValueError, match=why):
             with_covariance([[0, more], [more, 0]])
-
-
-def test_the_smallest_template_has_three_pixels():
-    photo = np.random.default_rng(5).uniform(size=(30, 30))
-    found = ncc.match(photo, photo, [[15, 15]], [[15, 15]], template=3, search=9)
-    assert found.r == pytest.approx([1.0])
-    for size in (1, 2, 4):
-        with pytest.raises(ValueError, match="odd number of pixels, at least 3"):
-            ncc.match(photo, photo, [[15, 15]], [[15, 15]], template=size, search=9)
-
-
-def test_a_photo_is_at_the_gimbal_lock_within_a_millionth():
-    network = real()
-    exteriors = network.exteriors.copy()
-    exteriors[2, 4] = np.pi / 2 - 1.2e-6
-    refuse.check_attitudes(network, exteriors)
-    for phi in (np.pi / 2 - 0.8e-6, -np.pi / 2 + 0.8e-6):
-        exteriors[2, 4] = phi
-        with pytest.raises(bundle.NetworkDefect, match="gimbal lock"):
-            refuse.check_attitudes(network, exteriors)
-
-
-@pytest.mark.parametrize("times", [1.8, 2.2])
-def test_a_mirrored_object_fits_more_than_twice_as_well_as_its_mirror_image(times):
-    # The plate has points h above and below its middle. Errors e along x leave v'v =
-    # n e^2, and with the heights on the wrong side n (e^2 + (2 h)^2)
-    x, y = np.mgrid[-1:1:8j, -1:1:8j].reshape(2, -1)
-    z = 0.01 * np.kron([1, -1] * 4, [1, -1, 1, -1, -1, 1, -1, 1])
-    e = 2 * z / np.sqrt(times**2 - 1)
-    points = np.column_stack([x, y, z])
-    start = np.column_stack([x + e, y, -z])
-    told = refuse.mirrored_object(
-        SimpleNamespace(
-            network=SimpleNamespace(points=start), points=points, status="converged"
-        )
-    )
-    assert (told is not None) == (times > 2)
 
 
 def test_search_windows_beyond_the_edge_repeat_the_last_row_and_column():

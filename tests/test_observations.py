@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, frames, lsm, ncc, observations, simulate
+from pgm_lab import bundle, frames, lsm, observations, simulate
 from pgm_lab.camera import Camera
 
 SIZE, PIXEL = (200, 160), (0.01, 0.02)
@@ -66,10 +66,9 @@ def test_only_accepted_matches_become_rays_and_the_others_are_counted():
     np.testing.assert_array_equal(a, frames.pixel_to_photo(POINTS[3:], SIZE, PIXEL))
 
 
-@pytest.mark.parametrize(("share", "said"), [(0.5, {}), (0.01, {"left_share": 0.01})])
-def test_left_and_right_errors_together_are_those_of_the_match(share, said):
+def test_left_and_right_errors_together_are_those_of_the_match():
     found = matches()["B"]
-    seen = of({"B": found}, **said)
+    seen = of({"B": found})
     n = len(POINTS)
     J = found.parameters[:, [[1, 2], [4, 5]]]
     D = np.diag([PIXEL[0], -PIXEL[1]])
@@ -77,7 +76,7 @@ def test_left_and_right_errors_together_are_those_of_the_match(share, said):
     left, right = seen.covariance[:n], seen.covariance[n:]
     whole = right + J @ left @ J.swapaxes(1, 2)
     np.testing.assert_allclose(whole, D @ found.covariance @ D, rtol=1e-9, atol=1e-20)
-    np.testing.assert_allclose(right, (1 - share) * whole, rtol=1e-9, atol=1e-20)
+    np.testing.assert_allclose(right, whole / 2, rtol=1e-9, atol=1e-20)
 
 
 @pytest.mark.parametrize("noises", [8, pytest.param(20, marks=pytest.mark.slow)])
@@ -111,24 +110,11 @@ def test_rows_go_into_a_network_with_their_covariances():
     assert [network.point_names[i] for i in network.point] == list(seen.point)
 
 
-def test_ncc_and_lsm_go_side_by_side():
-    found = matches()
-    left, right = simulate.texture_pair(
-        simulate.texture(seed=3), SIZE[::-1], AFFINE["C"]
-    )
-    coarse = ncc.match(left, right, POINTS, search=41, refine="parabola")
-    seen = of({"B": found["B"], "C": coarse})
-    assert seen.photo.count("C") == np.sum(coarse.status == "accepted") > 40
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
         ({"left": "B"}, "photo 'B' is the left one"),
         ({"points": ["x"] * len(POINTS)}, "must be 54 different names"),
-        ({"left": np.nan}, "must be names such as strings or numbers; got nan"),
-        ({"left_share": 0}, "between 0 and 1"),
-        ({"left_share": np.nan}, "not a finite number"),
     ],
 )
 def test_what_makes_no_sense_is_refused(changes, message):

@@ -325,12 +325,12 @@ def gallery(searches: Sequence[tuple], found: np.ndarray) -> None:
     fig.colorbar(drawn, ax=axes[2], label="r")
     plot.show(
         fig,
-        "Six searches in columns, each with template, search window and map of r; a red"
-        " cross marks the highest r, a white ring the truth. A: one summit at the"
-        " truth. B, a floor in shadow: broad ridges without a summit. C, the slats of a"
-        " bench: a row of equal ridges, the cross two slats beside the ring. D, a floor"
-        " beside the engine: one high summit, far from the ring. E, a log rotated, and"
-        " F, a log seen at half its width: no clear summit.",
+        "Six searches in columns, each with template, search window and map of r; an"
+        " orange cross marks the highest r, a white ring the truth. A: one summit at"
+        " the truth. B, a floor in shadow: broad ridges without a summit. C, the slats"
+        " of a bench: a row of equal ridges, the cross two slats beside the ring. D, a"
+        " floor beside the engine: one high summit, far from the ring. E, a log"
+        " rotated, and F, a log seen at half its width: no clear summit.",
         colours=128,
     )
 

@@ -282,17 +282,26 @@ def base_by_hand() -> None:
         side.text(0, HEIGHT + 7, f"base {base} m", ha="center", fontsize=TEXT)
         side.set(xlim=(-110, 110), ylim=(-12, 145), aspect="equal")
         side.set(xlabel="X (m)", ylabel="Z (m)", title=f"rays meet at {angle:.0f}°")
-        covariance = np.diag([sx**2, sz**2])
-        plot.error_ellipse(error, (0, 0), covariance, 0.95, color=plot.BLACK)
-        error.set(xlim=(-150, 150), ylim=(-240, 240), aspect="equal")
-        error.set(xlabel="X (mm)", ylabel="Z (mm)", title="error ellipse, 95 %")
+        for place, one, ink in (
+            (-90, 20, "0.4"),
+            (0, base, plot.BLACK),
+            (90, 80, "0.4"),
+        ):
+            deviations = 1000 * np.array(vertical_precision(one))
+            covariance = np.diag(deviations**2)
+            plot.error_ellipse(error, (place, 0), covariance, 0.95, color=ink)
+            low = -3 * deviations[1] - 20
+            error.text(place, low, f"{one} m", ha="center", color=ink, fontsize=TEXT)
+        error.set(xlim=(-150, 150), ylim=(-320, 240), aspect="equal")
+        error.set(xlabel="X (mm)", ylabel="Z (mm)", title="error ellipses, 95 %")
         numbers = f"$\\sigma_X$ = {sx:.0f} mm\n$\\sigma_Z$ = {sz:.0f} mm"
-        error.text(-142, 160, numbers, fontsize=TEXT)
+        error.text(12, 140, numbers, fontsize=TEXT)
         plot.show(
             fig,
             f"Left two vertical photos {HEIGHT:.0f} m above a point midway between"
             f" them, base {base} m, rays that meet at {angle:.0f} degrees. Right the"
-            f" 95 % ellipse of the point: sigma X {sx:.0f} mm, sigma Z {sz:.0f} mm.",
+            f" 95 % ellipse of the point: sigma X {sx:.0f} mm, sigma Z {sz:.0f} mm;"
+            " beside it in grey those of 20 m, far longer, and of 80 m, shorter.",
         )
 
     look: Look = {"min": BASES[0], "max": BASES[1], "step": 20}

@@ -184,7 +184,7 @@ def _minus(d: float) -> str:
 def mark_by_hand(
     pair: NormalPair, place: tuple[int, int], start: float, reach: float
 ) -> None:
-    """Show the two marks side by side and laid on each other, with a slider.
+    """Show the two marks side by side, laid on each other and subtracted; a slider.
 
     The left mark stays on its point, the slider moves the right one along the row.
     """
@@ -194,15 +194,19 @@ def mark_by_hand(
 
     def draw(disparity: float, colours: str) -> None:
         d = disparity
-        fig, axes = plt.subplots(1, 3, figsize=(10, 4.1), layout="compressed")
-        shown = pair.left, pair.right
-        for ax, image, at, name in zip(axes, shown, (0.0, d), ("left", "right")):
-            ax.imshow(_part(image, column - at, row), extent=EXTENT, vmin=0, vmax=1)
+        fig, axes = plt.subplots(1, 4, figsize=(10, 3.4), layout="compressed")
+        parts = _part(pair.left, column, row), _part(pair.right, column - d, row)
+        for ax, part, name in zip(axes, parts, NAMES):
+            ax.imshow(part, extent=EXTENT, vmin=0, vmax=1)
             _mark(ax, plot.YELLOW)
-            ax.set_xticks(range(-20, 21, 10))
-            ax.set_title(f"{name} photo")
+            ax.set_title(name)
         _two_colours(axes[2], pair, column, row, d, colours)
-        axes[2].set(title="both", xticks=range(-20, 21, 10))
+        axes[2].set_title("both")
+        axes[3].imshow(parts[0] - parts[1], extent=EXTENT, vmin=-0.5, vmax=0.5)
+        _mark(axes[3], plot.YELLOW)
+        axes[3].set_title("left − right")
+        for ax in axes:
+            ax.set_xticks((-20, 0, 20))
         fig.supxlabel("columns from the mark (px)", fontsize=14)
         Z = float(pair.object_points(column, row, d)[2])
         fig.suptitle(f"disparity {_minus(d)} px: the mark stands at Z = {Z:.1f} m")
@@ -210,7 +214,8 @@ def mark_by_hand(
             fig,
             f"{SIZE} by {SIZE} pixels of the left and of the right photo, a mark in the"
             f" middle of each, and both laid on each other in {colours}: the marks"
-            f" coincide, the ground around them may not. Disparity {_minus(d)} px.",
+            " coincide, the ground around them may not. Beside it the difference of"
+            f" their grey values. Disparity {_minus(d)} px.",
             colours=128,
         )
 

@@ -56,10 +56,9 @@ class Board:
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """Camera (10,) and exteriors (photos, 6) to begin with, of a flat board."""
         seen = np.isfinite(self.pixels[..., 0])
-        flat = [(self.grid[k] * (1, -1, 0)).astype(np.float32) for k in seen]
         pixels = [one[k] for one, k in zip(self.pixels, seen)]
-        measured = [one.astype(np.float32) for one in pixels]
-        c = cv2.initCameraMatrix2D(flat, measured, self.size)[0, 0] * PIXEL[0]
+        flat = (self.grid[k] for k in seen)
+        c = calibration.start_c(flat, pixels, self.size) * PIXEL[0]
         photos = [
             orientation.resect(
                 Camera(c), frames.pixel_to_photo(one, self.size, PIXEL), self.grid[k]

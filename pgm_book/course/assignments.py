@@ -19,27 +19,20 @@ from pgm_book.make.student import (
     PLACEHOLDER,
     PROGRAM,
     student_copy,
-    tags,
 )
 from pgm_lab import datasets
 from pgm_lab.io.files import save
 
 POINTS = 10.0  # of an exercise that the rubric does not have
 MARKER = re.compile(r"^(\s*)#+ *((?:BEGIN|END) SOLUTION)", re.MULTILINE)
-# How lesson 5 asks for what its task defines; without its cell there is no such name.
-ASKED = re.compile(r'globals\(\)\.get\("(\w+)", \.\.\.\)')
 TEMPLATES = Path(__file__).parent / "templates"
 
 
 @dataclass(frozen=True)
-class Question:
-    """An exercise: the cells of its answer and its check, that call, its points."""
+class Question(grade.Asked):
+    """An exercise that is checked, with its points."""
 
-    name: str
-    answer: str
-    check: str
-    call: str
-    points: float
+    points: float = POINTS
 
 
 def write(notebooks: Iterable[Path], build: Path, style: str) -> list[Path]:
@@ -63,19 +56,13 @@ def write(notebooks: Iterable[Path], build: Path, style: str) -> list[Path]:
 
 
 def questions(notebook: NotebookNode, stem: str) -> Iterator[Question]:
-    """Yield what a notebook asks and checks, each check with the cell before it."""
+    """Yield what a notebook asks and checks, with its points."""
     numbers = {row["notebook"]: row["number"] for row in datasets.rows("chapters.csv")}
     points = {(one.lesson, one.name): one.most for one in grade.exercises()}
-    for answer, check in zip(notebook.cells, notebook.cells[1:]):
-        if "check" in tags(check):
-            call = ASKED.sub(r"\1", check.source.split("\n")[0])
-            given, (_, used) = (
-                intake.bound_used(answer.source)[0],
-                intake.bound_used(call),
-            )
-            name = min(given & used, key=call.rindex)
-            most = points.get((numbers.get(stem, ""), name), POINTS)
-            yield Question(name, answer.id, check.id, call, most)
+    for one in grade.asked_in(notebook):
+        if one.call:
+            most = points.get((numbers.get(stem, ""), one.name), POINTS)
+            yield Question(**vars(one), points=most)
 
 
 def with_answers(notebook: NotebookNode, asked: list[Question]) -> NotebookNode:
@@ -142,7 +129,7 @@ def otter(notebook: NotebookNode, asked: list[Question], stem: str) -> NotebookN
 def _asked(answer: NotebookNode, question: Question) -> list[NotebookNode]:
     """Return a question of Otter: an answer between raw cells, and its test."""
     answer.source = MARKER.sub(r"\1# \2", answer.source)
-    _, names = intake.bound_used(question.call)
+    names = intake.names_of(question.call).used
     test = f"def test({', '.join(sorted(names))}):\n    {question.call}"
     lines = [
         f"# BEGIN QUESTION\nname: {question.name}\npoints: {question.points:g}",

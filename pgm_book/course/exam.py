@@ -16,7 +16,13 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from pgm_book.course import formats
-from pgm_book.course.numbers import Chance, Variant, number_questions, variants
+from pgm_book.course.numbers import (
+    Chance,
+    NumberQuestion,
+    Variant,
+    number_questions,
+    variants,
+)
 from pgm_book.course.questions import ChoiceQuestion, choice_questions, html
 from pgm_book.make.environment import ROOT
 from pgm_book.make.errors import PublishError, missing
@@ -24,7 +30,20 @@ from pgm_lab.io.files import save
 
 HERE = Path(__file__).parent
 STYLES = ("pgm/common.css", "pgm_handout/handout.css")
-T = TypeVar("T")
+T = TypeVar("T", ChoiceQuestion, NumberQuestion)
+
+# Of questions that rest on one fact, or whose words give it away, a paper has one.
+FACTS = [
+    set(row.split())
+    for row in (
+        "1.1 1.3 1.13, 1.4 1.principal_point, 1.6 1.11, 1.7 1.8 1.15, 2.1 2.11 7.11,"
+        "2.3 2.13, 2.12 2.places, 3.2 3.scale_of_window, 3.3 3.12, 3.5 3.15 7.2,"
+        "4.3 4.7 4.15, 4.5 4.12, 4.6 4.14, 4.8 5.4 5.12, 5.5 5.14 6.2, 5.13 9.13 9.4,"
+        "5.15 8.14, 6.1 6.zeros, 6.3 6.12, 6.4 6.14, 6.6 6.15, 6.13 A1.15,"
+        "7.3 7.4 7.12 7.whole_pixels, 8.2 8.11, 8.3 9.3, 8.5 8.sigma_z, 8.6 8.15,"
+        "9.1 9.2, 9.14 9.wrong_distance, A1.3 A1.5 A1.14 A1.blunder"
+    ).split(",")
+]
 
 
 @dataclass(frozen=True)
@@ -76,22 +95,40 @@ def choose(seed: str, lessons: list[str], notebooks: Path) -> Paper:
     unknown = [one for one in lessons if one not in known]
     if unknown:
         raise ValueError(f"no lesson {unknown[0]}; give some of {', '.join(known)}")
-    choices = balanced(chance, [asked[one] for one in lessons], CHOICE.count)
-    numbers = balanced(chance, [of_lesson[one] for one in lessons], NUMBER.count)
+    facts: list[set[str]] = []  # that are asked already
+    choices = balanced(chance, [asked[one] for one in lessons], CHOICE.count, facts)
+    numbers = balanced(chance, [of_lesson[one] for one in lessons], NUMBER.count, facts)
     drawn = [chance.of(variants(one)) for one in numbers]
     shuffled = [_shuffled(chance, one) for one in choices]
     return Paper(seed, shuffled, drawn)
 
 
-def balanced(chance: Chance, groups: list[list[T]], count: int) -> list[T]:
-    """Choose from groups in turn until there are enough, in the order of the groups."""
+def balanced(
+    chance: Chance, groups: list[list[T]], count: int, facts: list[set[str]]
+) -> list[T]:
+    """Choose from groups in turn until there are enough, in the order of the groups.
+
+    What is asked for a second time is left out; `facts` grows by what is asked.
+    """
     left = [chance.order(group) for group in groups]
     taken: list[list[T]] = [[] for _ in groups]
     while sum(map(len, taken)) < count and any(left):
         for k in chance.order(range(len(groups))):
-            if left[k] and sum(map(len, taken)) < count:
-                taken[k].append(left[k].pop())
+            while left[k] and sum(map(len, taken)) < count:
+                one = left[k].pop()
+                asked = [row for row in FACTS if name_of(one) in row]
+                if not any(row in facts for row in asked):
+                    taken[k].append(one)
+                    facts += asked
+                    break
     return [one for group in taken for one in group]
+
+
+def name_of(one: ChoiceQuestion | NumberQuestion) -> str:
+    """Return what a question is called, such as 1.4 or 1.gsd."""
+    if isinstance(one, ChoiceQuestion):
+        return one.number
+    return f"{one.lesson}.{one.name}"
 
 
 def _shuffled(chance: Chance, one: ChoiceQuestion) -> ChoiceQuestion:
@@ -109,56 +146,31 @@ def page(paper: Paper, key: bool) -> str:
     def text(*parts: str) -> Markup:
         return Markup("\n".join((TEMPLATES / one).read_text("utf-8") for one in parts))
 
-    template = Environment(
+    pages = Environment(
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined
-    ).get_template("exam.html.j2")
-    return template.render(
+    )
+    pages.filters["html"] = lambda markdown: Markup(html(markdown))
+    pages.filters["body"] = lambda one: Markup(formats.body(one, _picture(one)))
+    return pages.get_template("exam.html.j2").render(
         title=f"Photogrammetry: examination {paper.seed}",
         key=key,
         minutes=paper.minutes,
         points=paper.points,
         choice=CHOICE,
         number=NUMBER,
-        choices=[_choice(one) for one in paper.choices],
-        numbers=[_number(one) for one in paper.numbers],
-        formulas=Markup(html((HERE / "formulas.md").read_text("utf-8"))),
+        choices=paper.choices,
+        numbers=paper.numbers,
+        formulas=(HERE / "formulas.md").read_text("utf-8"),
         css=text(*STYLES),
         settings=text("pgm/mathjax.js"),
         mathjax=Markup(asset(*MATHJAX, "tex-svg-full.js")),
     )
 
 
-def _choice(one: ChoiceQuestion) -> dict:
-    """Return what the template shows of a question with choices."""
-    uri = "{}"
-    if one.picture:
-        uri = "data:image/png;base64," + base64.b64encode(one.picture.png).decode()
-    right = [choice.right for choice in one.choices].index(True)
-    return {
-        "number": one.number,
-        "body": Markup(formats.body(one, uri)),
-        "choices": one.choices,
-        "letter": "abcdef"[right],
-        "right": one.choices[right],
-    }
-
-
-def _number(one: Variant) -> dict:
-    """Return what the template shows of a question with a number."""
-    limits = f" ± {one.tolerance:.{one.digits}f}" if one.tolerance else ""
-    slips = [
-        (words, f"{value:.{one.digits}f}".replace("-", "−"))
-        for words, value in one.slips.items()
-    ]
-    return {
-        "number": one.number,
-        "body": Markup(html(one.text)),
-        "shown": one.shown,
-        "limits": limits,
-        "unit": one.unit,
-        "solution": Markup(html(one.solution)),
-        "slips": slips,
-    }
+def _picture(one: ChoiceQuestion) -> str:
+    """Return the figure of a question as a data URI."""
+    png = one.picture.png if one.picture else b""
+    return "data:image/png;base64," + base64.b64encode(png).decode()
 
 
 def write(paper: Paper, folder: Path, of: str = "") -> Iterable[Path]:

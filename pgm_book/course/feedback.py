@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from pgm_book.course.grade import Exercise, Mark
 
 BOOK = "the book's solution"
+# What Moodle's import of a worksheet looks for (mod/assign/feedback/offline).
+WORKSHEET = ["Identifier", "Grade", "Last modified (grade)"]
 
 
 def number(value: float) -> str:
@@ -64,7 +66,7 @@ def write(
     solved = code_of(notebooks)
     given = code_of([student_copy(notebook) for notebook in notebooks])
     known = frozenset(cell.strip() for cell in [*solved, *given])
-    pages: dict[Path, str] = {folder / "grades.csv": table(asked, marks)}
+    pages: dict[Path, str] = {folder / "grades.csv": table(submissions, asked, marks)}
     rows = []
     for one in submissions:
         mine = marks[one.student]
@@ -106,17 +108,31 @@ def code_of(notebooks: Iterable[NotebookNode]) -> list[str]:
     return [cell.source for cell in cells if cell.cell_type == "code"]
 
 
-def table(asked: "list[Exercise]", marks: "dict[str, list[Mark]]") -> str:
-    """Write the grades as CSV: a row a student, a column an exercise."""
+def table(
+    submissions: list[Submission],
+    asked: "list[Exercise]",
+    marks: "dict[str, list[Mark]]",
+) -> str:
+    """Write the grades as CSV: a row a student, a column an exercise.
+
+    Where Moodle's numbers are known, three columns more make it a grading worksheet
+    that Moodle takes: it skips the row without a number.
+    """
+    moodle = any(one.number for one in submissions)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     most = [exercise.most for exercise in asked]
     names = [f"{exercise.lesson} {exercise.name}" for exercise in asked]
-    writer.writerow(["student", *names, "total"])
-    writer.writerow(["of", *map(number, [*most, sum(most)])])
-    for student, mine in marks.items():
-        points = [mark.points for mark in mine]
-        writer.writerow([safe(student), *map(number, [*points, sum(points)])])
+    writer.writerow(["student", *names, "total", *WORKSHEET * moodle])
+    rows = [("of", most, "")]
+    for one in submissions:
+        points = [mark.points for mark in marks[one.student]]
+        rows.append(
+            (safe(one.student), points, one.number and f"Participant {one.number}")
+        )
+    for first, points, who in rows:
+        row = [first, *map(number, [*points, sum(points)])]
+        writer.writerow([*row, *[who, who and row[-1], ""] * moodle])
     return text.getvalue()
 
 

@@ -7,6 +7,7 @@ out, too, since nobody looks.
 
 import ast
 import compileall
+import dataclasses
 import importlib
 import inspect
 import os
@@ -35,6 +36,14 @@ _{name} = np.load(Path(__file__).parent / "{name}.npy")
 {name} = {call}_{name}
 """
 
+# scikit-image takes longer to import than most exercises take.
+MOTORCYCLE = """
+
+def motorcycle() -> StereoPair:
+    with np.load(folder() / "motorcycle.npz") as values:
+        return StereoPair(**{k: v if v.ndim else float(v) for k, v in values.items()})
+"""
+
 
 def write_library(folder: Path) -> None:
     """Write the students' library into an empty folder, compiled."""
@@ -60,8 +69,12 @@ def write_library(folder: Path) -> None:
     shutil.copy(BOXED / "checks.py", common)
     (common / "own_program.py").write_text(f"{NOTHING}FILE = 'my_pgm.py'\n")
     shutil.copy(BOXED / "task.py", folder / "pgm_book")
+    module, data = folder / "pgm_lab" / "datasets.py", folder / "pgm_lab" / "data"
+    text = module.read_text(encoding="utf-8").replace("import skimage.data\n", "")
+    module.write_text(text + MOTORCYCLE, encoding="utf-8")
     compileall.compile_dir(folder, quiet=2)
-    shutil.copytree(datasets.folder(), folder / "pgm_lab" / "data")
+    shutil.copytree(datasets.folder(), data)
+    np.savez(data / "motorcycle.npz", **dataclasses.asdict(datasets.motorcycle()))
 
 
 def without(library: Path, folder: Path, functions: Iterable[str]) -> None:

@@ -9,6 +9,7 @@ import itertools
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 
+from pgm_book.course import intake
 from pgm_book.course.intake import Submission
 
 SYSTEM = frozenset(
@@ -84,6 +85,37 @@ def _written(node: ast.Attribute) -> str:
         return ast.unparse(node)[:60]
     except (RecursionError, ValueError):  # too deep, or a number of 5000 digits
         return f"... .{node.attr}"[:60]
+
+
+def calls_of(cells: Iterable[str], names: set[str], table: Iterable[str]) -> list[str]:
+    r"""Name what an answer takes from a table of functions and modules.
+
+    `cells` may hold more than the answer: what `names` need of them counts.
+
+    Examples
+    --------
+    >>> code = "from pgm_lab import ncc\ndef f(a, b): return ncc.correlation(a, b)"
+    >>> calls_of([code], {"f"}, ["pgm_lab.ncc"])
+    ['pgm_lab.ncc.correlation']
+    """
+    tree = ast.parse("\n".join(cells))
+    statements = tuple(map(ast.unparse, tree.body))
+    answer = ast.parse("\n".join(intake.needed(statements, names)))
+    homes: dict[str | None, str] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            homes |= {o.asname or o.name: o.name for o in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            homes |= {o.asname or o.name: f"{node.module}.{o.name}" for o in node.names}
+    found = {}
+    for node in ast.walk(answer):
+        if isinstance(node, ast.Name | ast.Attribute):
+            name = ast.unparse(node)
+            first, _, rest = name.partition(".")
+            whole = f"{homes.get(first, first)}.{rest}".rstrip(".")
+            if any(f"{whole}.".startswith(f"{one}.") for one in table):
+                found[whole] = 0
+    return [one for one in found if not any(o.startswith(f"{one}.") for o in found)]
 
 
 # --- Near-equal answers ---

@@ -5,7 +5,6 @@ are shown as they are used, so that the answer follows from the paper alone. A v
 in which a usual slip comes too near to the answer is drawn again.
 """
 
-import hashlib
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Sequence
@@ -16,6 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from pgm_book.task import stream
 
 VARIANTS = 50
 MODULES = ("numbers_images", "numbers_rays")  # where the questions draw
@@ -30,8 +31,7 @@ class Chance:
     """Numbers from a frozen stream, the same on every machine (NEP 19)."""
 
     def __init__(self, *seed: object) -> None:
-        digest = hashlib.sha256("\n".join(map(str, seed)).encode()).digest()
-        self._stream = np.random.RandomState(np.frombuffer(digest, dtype="<u4"))
+        self._stream = stream(*seed)
 
     def below(self, n: int) -> int:
         """Return a whole number from 0 to n - 1."""

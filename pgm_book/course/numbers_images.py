@@ -19,11 +19,8 @@ def photo_y(draw: Chance) -> Numbers:
     p, row = draw(3, 9, 0.01), draw(40, rows - 40, 0.1)
     size = p / 1000
     y = frames.pixel_to_photo((0, row), (columns, rows), (size, size))[1]
-    return (
-        dict(n=columns, m=rows, p=p, row=row, centre=rows / 2 - 0.5),
-        y,
-        [-y, y + size / 2, -row * size],
-    )
+    given = dict(n=columns, m=rows, p=p, row=row, centre=rows / 2 - 0.5)
+    return given, y, [-y, y + size / 2, -row * size]
 
 
 def pixel_column(draw: Chance) -> Numbers:
@@ -33,11 +30,8 @@ def pixel_column(draw: Chance) -> Numbers:
     size = p / 1000
     x = round(draw(-0.45, 0.45, 0.001) * columns * size, 3)
     column = frames.photo_to_pixel((x, 0), (columns, rows), (size, size))[0]
-    return (
-        dict(n=columns, m=rows, p=p, x=x, centre=columns / 2 - 0.5),
-        column,
-        [column + 0.5, 2 * (columns / 2 - 0.5) - column, x / size],
-    )
+    given = dict(n=columns, m=rows, p=p, x=x, centre=columns / 2 - 0.5)
+    return given, column, [column + 0.5, 2 * (columns / 2 - 0.5) - column, x / size]
 
 
 def gsd(draw: Chance) -> Numbers:
@@ -127,23 +121,21 @@ def correlation(draw: Chance) -> Numbers:
     S = (T + draw.several(9, -25, 25).reshape(3, 3)).clip(0)
     r = ncc.correlation(T, S)
     t, s = T - T.mean(), S - S.mean()
-    return (
-        dict(
-            T=matrix(T),
-            S=matrix(S),
-            mt=T.mean(),
-            ms=S.mean(),
-            ts=np.sum(t * s),
-            tt=np.sum(t * t),
-            ss=np.sum(s * s),
-        ),
-        r,
-        [
-            np.sum(T * S) / np.sqrt(float(np.sum(T**2) * np.sum(S**2))),
-            r * r,
-            np.sum(t * s) / np.sum(t * t),
-        ],
+    given = dict(
+        T=matrix(T),
+        S=matrix(S),
+        mt=T.mean(),
+        ms=S.mean(),
+        ts=np.sum(t * s),
+        tt=np.sum(t * t),
+        ss=np.sum(s * s),
     )
+    slips = [
+        np.sum(T * S) / np.sqrt(float(np.sum(T**2) * np.sum(S**2))),
+        r * r,
+        np.sum(t * s) / np.sum(t * t),
+    ]
+    return given, r, slips
 
 
 def gained(draw: Chance) -> Numbers:
@@ -155,42 +147,34 @@ def gained(draw: Chance) -> Numbers:
     r = ncc.correlation(T, S)
     t = T - T.mean()
     tt, ts = np.sum(t * t), np.sum(t * (S - S.mean()))
-    return (
-        dict(
-            T=matrix(T),
-            h=h,
-            k=k,
-            e=e,
-            tt=tt,
-            ts=ts,
-            mid=t[1, 1],
-            ss=np.sum((S - S.mean()) ** 2),
-        ),
-        r,
-        [1, r * r, ts / tt / h],
+    given = dict(
+        T=matrix(T),
+        h=h,
+        k=k,
+        e=e,
+        tt=tt,
+        ts=ts,
+        mid=t[1, 1],
+        ss=np.sum((S - S.mean()) ** 2),
     )
+    return given, r, [1, r * r, ts / tt / h]
 
 
 def places(draw: Chance) -> Numbers:
     """Number of places."""
     T = draw(7, 41, 2)
     w, h = T + 2 * draw(5, 30), T + 2 * draw(2, 20)
-    return (
-        dict(T=T, w=w, h=h, a=w - T + 1, b=h - T + 1),
-        (w - T + 1) * (h - T + 1),
-        [(w - T) * (h - T), w * h, (w - T + 1) ** 2],
-    )
+    given = dict(T=T, w=w, h=h, a=w - T + 1, b=h - T + 1)
+    slips = [(w - T) * (h - T), w * h, (w - T + 1) ** 2]
+    return given, (w - T + 1) * (h - T + 1), slips
 
 
 def search_width(draw: Chance) -> Numbers:
     """Width of the search window."""
     T, left, right = draw(7, 41, 2), draw(3, 60), draw(3, 60)
     reach = max(left, right)
-    return (
-        dict(T=T, left=left, right=right, reach=reach),
-        T + 2 * reach,
-        [T + reach, T + left + right - (left == right), 2 * reach + 1],
-    )
+    slips = [T + reach, T + left + right - (left == right), 2 * reach + 1]
+    return dict(T=T, left=left, right=right, reach=reach), T + 2 * reach, slips
 
 
 def map_to_photo(draw: Chance) -> Numbers:
@@ -198,11 +182,9 @@ def map_to_photo(draw: Chance) -> Numbers:
     T, reach, start = draw(7, 41, 2), draw(8, 40), draw(200, 3000)
     k = draw(0, 2 * reach)
     S = T + 2 * reach
-    return (
-        dict(T=T, S=S, start=start, k=k, first=start - reach, reach=reach),
-        start - reach + k,
-        [start - S // 2 + k, start + k, start - reach + k + 1],
-    )
+    given = dict(T=T, S=S, start=start, k=k, first=start - reach, reach=reach)
+    slips = [start - S // 2 + k, start + k, start - reach + k + 1]
+    return given, start - reach + k, slips
 
 
 def gain(draw: Chance) -> Numbers:
@@ -211,11 +193,9 @@ def gain(draw: Chance) -> Numbers:
     y = np.rint(draw(0.4, 1.8, 0.1) * x).astype(int) + draw.several(5, 5, 25)
     found = ncc.regression(x, y)
     dx, dy = x - x.mean(), y - y.mean()
-    return (
-        dict(x=listed(x), y=listed(y), xy=np.sum(dx * dy), xx=np.sum(dx * dx)),
-        found.beta,
-        [float(x @ y / (x @ x)), found.r, np.sum(dx * dy) / np.sum(dy * dy)],
-    )
+    given = dict(x=listed(x), y=listed(y), xy=np.sum(dx * dy), xx=np.sum(dx * dx))
+    slips = [float(x @ y / (x @ x)), found.r, np.sum(dx * dy) / np.sum(dy * dy)]
+    return given, found.beta, slips
 
 
 def noisy(draw: Chance) -> Numbers:
@@ -234,18 +214,15 @@ def one_step(draw: Chance) -> Numbers:
     B = A - draw.several(5, 2, 9)
     a = row_shift(A, B)
     slope, off = (B[2:] - B[:-2]) / 2, (A - B)[1:-1]
-    return (
-        dict(
-            A=listed(A),
-            B=listed(B),
-            slope=listed(slope),
-            off=listed(off),
-            top=slope @ off,
-            bottom=slope @ slope,
-        ),
-        a,
-        [-a, a / 2, float(np.mean(off / slope))],
+    given = dict(
+        A=listed(A),
+        B=listed(B),
+        slope=listed(slope),
+        off=listed(off),
+        top=slope @ off,
+        bottom=slope @ slope,
     )
+    return given, a, [-a, a / 2, float(np.mean(off / slope))]
 
 
 def shift_sd(draw: Chance) -> Numbers:
@@ -278,11 +255,7 @@ def scale_of_window(draw: Chance) -> Numbers:
     scale, turn = draw(0.85, 1.2, 0.01), np.radians(draw.of([-1, 1]) * draw(12, 35))
     a1 = round(float(scale * np.cos(turn)), 4)
     b1 = round(float(scale * np.sin(turn)), 4)
-    return (
-        dict(a1=a1, b1=b1),
-        np.hypot(a1, b1),
-        [a1, a1**2 + b1**2, a1 + abs(b1)],
-    )
+    return dict(a1=a1, b1=b1), np.hypot(a1, b1), [a1, a1**2 + b1**2, a1 + abs(b1)]
 
 
 def bilinear(draw: Chance) -> Numbers:
@@ -338,11 +311,9 @@ def from_sums(draw: Chance) -> Numbers:
     top = 9 * (X @ Y) - X.sum() * Y.sum()
     x2, y2 = 9 * (X @ X) - X.sum() ** 2, 9 * (Y @ Y) - Y.sum() ** 2
     r = ncc.correlation(X.reshape(3, 3), Y.reshape(3, 3))
-    return (
-        {**{k: int(v) for k, v in sums.items()}, "top": top, "x2": x2, "y2": y2},
-        r,
-        [sums["XY"] / np.sqrt(float(sums["XX"] * sums["YY"])), r * r, top / x2],
-    )
+    given = {**{k: int(v) for k, v in sums.items()}, "top": top, "x2": x2, "y2": y2}
+    slips = [sums["XY"] / np.sqrt(float(sums["XX"] * sums["YY"])), r * r, top / x2]
+    return given, r, slips
 
 
 def rmse_t(draw: Chance) -> Numbers:
@@ -351,15 +322,13 @@ def rmse_t(draw: Chance) -> Numbers:
     g = draw.of([6, 10, 15, 30])
     found = accuracy(dx.astype(float), dy.astype(float)).times(g)
     xx, yy = int(dx @ dx), int(dy @ dy)
-    return (
-        dict(dx=listed(dx), dy=listed(dy), g=g, xx=xx, yy=yy, px=found.rmse_t / g),
-        found.rmse_t,
-        [
-            found.rmse_t * np.sqrt(4 / 3),
-            g * np.sqrt(dx.var() + dy.var()),
-            found.rmse_t / np.sqrt(2),
-        ],
-    )
+    given = dict(dx=listed(dx), dy=listed(dy), g=g, xx=xx, yy=yy, px=found.rmse_t / g)
+    slips = [
+        found.rmse_t * np.sqrt(4 / 3),
+        g * np.sqrt(dx.var() + dy.var()),
+        found.rmse_t / np.sqrt(2),
+    ]
+    return given, found.rmse_t, slips
 
 
 def parabola(draw: Chance) -> Numbers:

@@ -22,20 +22,18 @@ def weighted_mean(draw: Chance) -> Numbers:
     heights = np.round(H + draw.several(3, -9, 9) / 1000, 3)
     km = draw.several(3, 0.4, 6, 0.2)
     x, *_ = adjust(np.ones((3, 1)), 1 / km, heights)
-    return (
-        dict(
-            h=listed(heights, "%.3f"),
-            km=listed(km),
-            p=listed(1 / km, "%.4f"),
-            sum=np.sum(1 / km),
-        ),
-        x[0],
-        [
-            float(np.average(heights, weights=km)),
-            heights.mean(),
-            float(np.average(heights, weights=km ** (-2))),
-        ],
+    given = dict(
+        h=listed(heights, "%.3f"),
+        km=listed(km),
+        p=listed(1 / km, "%.4f"),
+        sum=np.sum(1 / km),
     )
+    slips = [
+        float(np.average(heights, weights=km)),
+        heights.mean(),
+        float(np.average(heights, weights=km ** (-2))),
+    ]
+    return given, x[0], slips
 
 
 def mean_sd(draw: Chance) -> Numbers:
@@ -53,11 +51,9 @@ def net_redundancy(draw: Chance) -> Numbers:
     """Redundancy of a levelling net."""
     points, known = draw(6, 20), draw(1, 3)
     lines = points + draw(2, 20)
-    return (
-        dict(points=points, known=known, lines=lines, u=points - known),
-        lines - points + known,
-        [lines - points, lines - known, lines - points - known],
-    )
+    given = dict(points=points, known=known, lines=lines, u=points - known)
+    slips = [lines - points, lines - known, lines - points - known]
+    return given, lines - points + known, slips
 
 
 def sigma0(draw: Chance) -> Numbers:
@@ -81,11 +77,8 @@ def redundancy_number(draw: Chance) -> Numbers:
     km = draw.several(3, 0.5, 8, 0.5)
     p = 1 / km
     r = redundancy_numbers(np.ones((3, 1)), p)[0]
-    return (
-        dict(km=listed(km), first=km[0], p=p[0], sum=p.sum()),
-        r,
-        [1 - r, 1 - km[0] / km.sum(), 2 / 3],
-    )
+    given = dict(km=listed(km), first=km[0], p=p[0], sum=p.sum())
+    return given, r, [1 - r, 1 - km[0] / km.sum(), 2 / 3]
 
 
 def baarda(draw: Chance) -> Numbers:
@@ -107,11 +100,8 @@ def error_ellipse(draw: Chance) -> Numbers:
     c = round(draw.of([-1, 1]) * draw(0.2, 0.85, 0.05) * np.sqrt(a * b), 1)
     long, short, _ = ellipse(np.array([[a, c], [c, b]]))
     root = np.hypot((a - b) / 2, c)
-    return (
-        dict(C=matrix([[a, c], [c, b]]), a=a, b=b, c=c, mean=(a + b) / 2, root=root),
-        long,
-        [short, long**2, np.sqrt(max(a, b))],
-    )
+    given = dict(C=matrix([[a, c], [c, b]]), a=a, b=b, c=c, mean=(a + b) / 2, root=root)
+    return given, long, [short, long**2, np.sqrt(max(a, b))]
 
 
 # --- 4: rotation matrices ---
@@ -122,11 +112,8 @@ def plane_rotation(draw: Chance) -> Numbers:
     X, Y, k = draw(5, 60, 0.1), draw(5, 60, 0.1), draw(8, 80) * draw.of([-1, 1])
     M = rotation.matrix(0, 0, np.radians(k))
     x, y, _ = M @ (X, Y, 0)
-    return (
-        dict(X=X, Y=Y, k=k),
-        x,
-        [(M.T @ (X, Y, 0))[0], X * np.cos(k) + Y * np.sin(k), y],
-    )
+    given = dict(X=X, Y=Y, k=k)
+    return given, x, [(M.T @ (X, Y, 0))[0], X * np.cos(k) + Y * np.sin(k), y]
 
 
 def element(draw: Chance) -> Numbers:
@@ -136,11 +123,8 @@ def element(draw: Chance) -> Numbers:
     reverse = np.linalg.multi_dot(
         [rotation.matrix(*np.radians(one)) for one in ((o, 0, 0), (0, f, 0), (0, 0, k))]
     )
-    return (
-        dict(o=o, f=f, k=k),
-        M[0, 1],
-        [M[1, 0], rotation.matrix(o, f, k)[0, 1], reverse[0, 1]],
-    )
+    given = dict(o=o, f=f, k=k)
+    return given, M[0, 1], [M[1, 0], rotation.matrix(o, f, k)[0, 1], reverse[0, 1]]
 
 
 def omega(draw: Chance) -> Numbers:
@@ -249,50 +233,39 @@ def coplanar(draw: Chance) -> Numbers:
     u1 = np.array([draw(0.1, 0.9, 0.1), draw(-0.9, 0.9, 0.1), -1])
     u2 = np.array([draw(-0.9, 0.1, 0.1), draw(-0.9, 0.9, 0.1), -1])
     F = coplanarity.condition(b, np.eye(3), u1[None], u2[None])[0]
-    return (
-        dict(
-            b=listed(b),
-            u1=listed(u1),
-            u2=listed(u2),
-            n=listed(np.round(np.cross(u1, u2), 4)),
-        ),
-        F,
-        [
-            -F,
-            float(
-                b
-                @ (
-                    np.roll(u1, -1) * np.roll(u2, -2)
-                    + np.roll(u1, -2) * np.roll(u2, -1)
-                )
-            ),
-            float(b[0] * np.cross(u1, u2)[0]),
-        ],
+    given = dict(
+        b=listed(b),
+        u1=listed(u1),
+        u2=listed(u2),
+        n=listed(np.round(np.cross(u1, u2), 4)),
     )
+    slips = [
+        -F,
+        float(
+            b @ (np.roll(u1, -1) * np.roll(u2, -2) + np.roll(u1, -2) * np.roll(u2, -1))
+        ),
+        float(b[0] * np.cross(u1, u2)[0]),
+    ]
+    return given, F, slips
 
 
 def intersection_redundancy(draw: Chance) -> Numbers:
     """Redundancy of an intersection."""
     photos, points = draw(2, 7), draw(3, 40)
-    return (
-        dict(photos=photos, points=points, n=2 * photos * points, u=3 * points),
-        points * (2 * photos - 3),
-        [
-            points * (photos - 3),
-            points * (2 * photos - 2),
-            points * (2 * photos - 3) - 6 * photos,
-        ],
-    )
+    given = dict(photos=photos, points=points, n=2 * photos * points, u=3 * points)
+    slips = [
+        points * (photos - 3),
+        points * (2 * photos - 2),
+        points * (2 * photos - 3) - 6 * photos,
+    ]
+    return given, points * (2 * photos - 3), slips
 
 
 def relative_redundancy(draw: Chance) -> Numbers:
     """Redundancy of a relative orientation."""
     n, wrong = draw(9, 90), draw(1, 3)
-    return (
-        dict(n=n, wrong=wrong, left=n - wrong),
-        n - wrong - 5,
-        [n - wrong - 6, n - 5, 2 * (n - wrong) - 5],
-    )
+    given = dict(n=n, wrong=wrong, left=n - wrong)
+    return given, n - wrong - 5, [n - wrong - 6, n - 5, 2 * (n - wrong) - 5]
 
 
 def height_sd(draw: Chance) -> Numbers:
@@ -312,11 +285,8 @@ def model_scale(draw: Chance) -> Numbers:
     a, b = draw.several(3, -9, -1, 0.1), draw.several(3, 1, 9, 0.1)
     D = draw(30, 200, 0.1)
     d = np.linalg.norm(b - a)
-    return (
-        dict(a=listed(a), b=listed(b), D=D, d=d),
-        D / d,
-        [d / D, D / np.linalg.norm((b - a)[:2]), D / np.abs(b - a).sum()],
-    )
+    slips = [d / D, D / np.linalg.norm((b - a)[:2]), D / np.abs(b - a).sum()]
+    return dict(a=listed(a), b=listed(b), D=D, d=d), D / d, slips
 
 
 def to_ground(draw: Chance) -> Numbers:
@@ -344,11 +314,8 @@ def bundle_redundancy(draw: Chance) -> Numbers:
     m, n, lost = draw(5, 20), draw(20, 90), draw(0, 40)
     rays = m * n - lost
     u = 10 + 6 * m + 3 * n
-    return (
-        dict(m=m, n=n, rays=rays, u=u),
-        2 * rays - u + 7,
-        [2 * rays - u, rays - u + 7, 2 * rays - u + 17],
-    )
+    given = dict(m=m, n=n, rays=rays, u=u)
+    return given, 2 * rays - u + 7, [2 * rays - u, rays - u + 7, 2 * rays - u + 17]
 
 
 def zeros(draw: Chance) -> Numbers:
@@ -375,16 +342,13 @@ def radial(draw: Chance) -> Numbers:
     camera = [35, 0, 0, K1 * 1e-5, K2 * 1e-8, 0, 0, 0, 0, 0]
     dx, dy = 1000 * (lens.without_lens(np.array([[x, y]]), camera)[0] - (x, y))
     rho2 = x * x + y * y
-    return (
-        dict(x=x, y=y, K1=K1, K2=K2, rho2=rho2, f=dx / x),
-        dx,
-        [
-            dy,
-            np.hypot(dx, dy),
-            1000.0 * x * (K1 * 1e-05 * rho2**0.5 + K2 * 1e-08 * rho2),
-            -dx,
-        ],
-    )
+    slips = [
+        dy,
+        np.hypot(dx, dy),
+        1000.0 * x * (K1 * 1e-05 * rho2**0.5 + K2 * 1e-08 * rho2),
+        -dx,
+    ]
+    return dict(x=x, y=y, K1=K1, K2=K2, rho2=rho2, f=dx / x), dx, slips
 
 
 def decentring(draw: Chance) -> Numbers:
@@ -395,16 +359,8 @@ def decentring(draw: Chance) -> Numbers:
     dx, dy = 1000 * (lens.without_lens(np.array([[x, y]]), camera)[0] - (x, y))
     rho2 = x * x + y * y
     a, b = 0.01 * P1 * (rho2 + 2 * x * x), 0.02 * P2 * x * y  # µm
-    return (
-        dict(x=x, y=y, P1=P1, P2=P2, rho2=rho2, a=a, b=b),
-        dx,
-        [
-            dy,
-            a - 0.01 * P1 * rho2 + b,
-            a + b / 2,
-            a - b,
-        ],
-    )
+    given = dict(x=x, y=y, P1=P1, P2=P2, rho2=rho2, a=a, b=b)
+    return given, dx, [dy, a - 0.01 * P1 * rho2 + b, a + b / 2, a - b]
 
 
 def correlated(draw: Chance) -> Numbers:
@@ -470,11 +426,8 @@ def depth(draw: Chance) -> Numbers:
     x1 = draw(2, 9, 0.01)
     x2 = round(x1 - p, 2)
     Z = model_point(x1, 0, x1 - x2, B, c)[2]
-    return (
-        dict(c=c, B=B, x1=x1, x2=x2, p=x1 - x2),
-        -Z,
-        [c * B / abs(x1 + x2 or 9), B * (x1 - x2) / c, c * B / x1],
-    )
+    given = dict(c=c, B=B, x1=x1, x2=x2, p=x1 - x2)
+    return given, -Z, [c * B / abs(x1 + x2 or 9), B * (x1 - x2) / c, c * B / x1]
 
 
 def mast(draw: Chance) -> Numbers:
@@ -483,11 +436,8 @@ def mast(draw: Chance) -> Numbers:
     foot = draw(8, 12, 0.01)
     top = round(foot + draw(0.08, 0.6, 0.01), 2)
     Hf, Ht = c * B / foot, -model_point(0, 0, top, B, c)[2]
-    return (
-        dict(c=c, B=B, foot=foot, top=top, Hf=Hf, Ht=Ht),
-        Hf - Ht,
-        [c * B / (top - foot), Hf / foot * (top - foot), Ht],
-    )
+    given = dict(c=c, B=B, foot=foot, top=top, Hf=Hf, Ht=Ht)
+    return given, Hf - Ht, [c * B / (top - foot), Hf / foot * (top - foot), Ht]
 
 
 def sigma_z(draw: Chance) -> Numbers:
@@ -527,11 +477,8 @@ def rmse_heights(draw: Chance) -> Numbers:
     """RMSE of some heights."""
     e = draw.several(5, -4, 12)
     found = quality(e.astype(float), np.zeros(5))
-    return (
-        dict(e=listed(e), ee=int(e @ e), sum=total(e**2)),
-        found.rmse,
-        [found.rmse * np.sqrt(5 / 4), e.std(), found.mean],
-    )
+    given = dict(e=listed(e), ee=int(e @ e), sum=total(e**2))
+    return given, found.rmse, [found.rmse * np.sqrt(5 / 4), e.std(), found.mean]
 
 
 def nmad_heights(draw: Chance) -> Numbers:
@@ -541,11 +488,8 @@ def nmad_heights(draw: Chance) -> Numbers:
     found = quality(e.astype(float), np.zeros(7)).nmad
     middle = np.median(e)
     off = np.abs(e - middle)
-    return (
-        dict(e=listed(e), m=middle, off=listed(np.sort(off)), mad=np.median(off)),
-        found,
-        [np.median(off), e.std(), 1.4826 * np.median(np.abs(e))],
-    )
+    given = dict(e=listed(e), m=middle, off=listed(np.sort(off)), mad=np.median(off))
+    return given, found, [np.median(off), e.std(), 1.4826 * np.median(np.abs(e))]
 
 
 def relief(draw: Chance) -> Numbers:
@@ -566,11 +510,8 @@ def board_redundancy(draw: Chance) -> Numbers:
     """Redundancy with a free board."""
     m, n = draw(8, 30), draw(24, 90)
     u = 10 + 6 * m + 3 * n - 7
-    return (
-        dict(m=m, n=n, u=u, obs=2 * m * n),
-        2 * m * n - u,
-        [2 * m * n - u - 7, 2 * m * n - 10 - 6 * m, 2 * m * n - u + n],
-    )
+    slips = [2 * m * n - u - 7, 2 * m * n - 10 - 6 * m, 2 * m * n - u + n]
+    return dict(m=m, n=n, u=u, obs=2 * m * n), 2 * m * n - u, slips
 
 
 def base_of_scale(draw: Chance) -> Numbers:

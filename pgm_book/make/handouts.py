@@ -7,14 +7,15 @@ listed.
 import html
 import re
 from collections.abc import Iterator
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from bs4 import BeautifulSoup
 from nbformat import NotebookNode
-from nbformat.v4 import new_markdown_cell
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_output
 
 from pgm_book.make.archive import steady
-from pgm_book.make.student import slide_type, tags, unsolved
+from pgm_book.make.student import PLACEHOLDER, slide_type, tags, unsolved
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -22,11 +23,17 @@ if TYPE_CHECKING:
     from pgm_book.make.tagged import Piece, Printed
 
 LONGEST_TABLE = 150  # rows; four pages
-LABEL = 7.5  # pt: how large the smallest writing of a figure is printed
+LABEL = 7.0  # pt: how large the smallest writing of a figure is printed
 NARROWEST = 60.0  # mm
 HEADING = re.compile(r"^#+ +(.+?)(?: · \d+ min)?$", re.MULTILINE)
 SUMMARY = re.compile(r"<summary>(.*?)</summary>", re.DOTALL)
 OF_BOOK = re.compile(r"^from pgm_book\b.*\n", re.MULTILINE)  # checks and figures
+SOLUTION = re.compile(r"### BEGIN SOLUTION(.*?)\n *### END SOLUTION", re.DOTALL)
+TO_WRITE = re.compile(rf"^( *){re.escape(PLACEHOLDER)}", re.MULTILINE)
+RULED = "_" * 80
+FEWEST, MOST = 2, 3  # lines to write code on
+ANSWERS = "## Answers\n\nEach has the number of its question."
+PREDICTION = "pgm-predict"  # the class of its choices
 PREPARES = re.compile(r"import |from |plt\.style\.use\(")
 
 FOOTER = """\
@@ -37,7 +44,7 @@ FOOTER = """\
 </div>"""
 
 PAGES = {"lesson": 8, "case": 6}
-MARGIN = 42.0  # points: the lower one, where only the footer is
+MARGIN = 36.0  # points: the lower one, where only the footer is
 FILLED = 1 / 3  # of a page, except of the last
 AT_LEAST = {"text": 9.0, "heading": 9.0, "code": 7.5}  # points
 LEAST_LABEL = 7.0  # points: the smallest writing in a figure
@@ -48,12 +55,14 @@ TEXTS = {"text", "heading", "code"}
 def for_handouts(notebook: NotebookNode) -> NotebookNode:
     """Return the notebook without solutions, checks and speaker notes, as printed.
 
-    What is folded to be read later is open on paper, a prediction stays closed. The
-    answers are at the end, so that a reader commits to one first. A
-    figure is as small as its writing allows; a very long table stays in the notebook,
-    and so does what is tagged `screen`, a figure that its text only sums up.
+    What is folded to be read later is open on paper, a prediction stays closed. Its
+    answer, with what the cell shows, is at the end, so that a reader commits to one
+    first; where code is to be written, there are lines. A figure is as small as its
+    writing allows; a very long table stays in the notebook, and so does what is tagged
+    `screen`, a figure that its text only sums up.
     """
     result = unsolved(notebook)
+    _rule(result, notebook)
     result.cells = [
         cell
         for cell in result.cells
@@ -74,23 +83,99 @@ def for_handouts(notebook: NotebookNode) -> NotebookNode:
     return result
 
 
+def _rule(blank: NotebookNode, solved: NotebookNode) -> None:
+    """Where a solution is missing, rule about as many lines as it has."""
+    sources = {cell.id: cell.source for cell in solved.cells}
+    for cell in blank.cells:
+        for solution in SOLUTION.findall(sources[cell.id]):
+            count = min(max(solution.count("\n"), FEWEST), MOST)
+            # With an empty line above each they are 7 mm apart.
+            lines = rf"\n\g<1>{RULED}\n" * count
+            cell.source = TO_WRITE.sub(lines[:-2], cell.source, count=1)
+
+
 def _answers_last(cells: list[NotebookNode]) -> list[NotebookNode]:
-    """Collect the answers below a heading, each with its question or its section's."""
+    """Collect below a heading what would tell a reader too early.
+
+    The results of a prediction go there, and the text below them that waits on a
+    screen for a choice. A text that leads to code stays. There go the reasons,
+    too, each with its question or its section's, and a derivation right below an
+    exercise.
+    """
     kept, answers, heading = [], [], ""
-    for cell in cells:
-        if "why" not in tags(cell):
-            kept.append(cell)
-            if cell.cell_type == "markdown":
-                heading = [heading, *HEADING.findall(cell.source)][-1]
+    above: set[str] = set()
+    for cell, below in zip_longest(cells, cells[1:]):
+        if cell.cell_type == "markdown":
+            heading = [heading, *HEADING.findall(cell.source)][-1]
+        if "why" in tags(cell):
+            _name(cell, heading)
+            answers.append(cell)
             continue
-        summary = SUMMARY.search(cell.source)
-        if summary and "?" not in summary[1]:
-            title = f"<summary>{re.sub('[*`]', '', heading)}</summary>"
-            cell.source = cell.source.replace(summary[0], title)
-        answers.append(cell)
+        if _too_early(cell, above, below):
+            answers.append(cell)
+        else:
+            kept.append(cell)
+            answers += _results(cell)
+            above = set(tags(cell))
     if answers:
-        kept.append(new_markdown_cell("## Answers", id="answers"))
+        kept.append(new_markdown_cell(ANSWERS, id="answers"))
     return kept + answers
+
+
+def _too_early(cell: NotebookNode, above: set[str], below: NotebookNode | None) -> bool:
+    """Whether a text tells what the cell with the tags `above` asks."""
+    if cell.cell_type != "markdown" or HEADING.search(cell.source):
+        return False
+    if "derive" in tags(cell):
+        return bool({"predict", "exercise"} & above)
+    leads = below is not None and below.cell_type == "code"
+    return "predict" in above and "write" not in tags(cell) and not leads
+
+
+def _name(cell: NotebookNode, heading: str) -> None:
+    """Put a heading in the place of a summary that asks nothing."""
+    summary = SUMMARY.search(cell.source)
+    if summary and "?" not in summary[1]:
+        title = f"<summary>{re.sub('[*`]', '', heading)}</summary>"
+        cell.source = cell.source.replace(summary[0], title)
+
+
+def _results(cell: NotebookNode) -> list[NotebookNode]:
+    """Take the results from a prediction: the right choices, and what it shows."""
+    outputs = cell.get("outputs", [])
+    pages = [output.get("data", {}).get("text/html", "") for output in outputs]
+    asked = [
+        output
+        for output, page in zip(outputs, pages, strict=True)
+        if PREDICTION in page
+    ]
+    if not asked:
+        return []
+    right = "".join(map(_right, asked))
+    answer = new_output("display_data", {"text/html": f"<div>{right}</div>"})
+    shown = [] if len(asked) > 1 else [one for one in outputs if one not in asked]
+    cell.outputs = [one for one in outputs if one not in shown]
+    figures = [one for one in shown if "image/png" in one.get("data", {})]
+    others = [one for one in shown if one not in figures]
+    metadata = {"tags": ["hide-input", "answer"]}
+    made = new_code_cell(outputs=[*figures, answer, *others], metadata=metadata)
+    made.id = f"{cell.id}-answer"
+    return [made]
+
+
+def _right(asked: NotebookNode) -> str:
+    """Number a question, and return its number, right choice and feedback."""
+    soup = BeautifulSoup(asked.data["text/html"], "html.parser")
+    folded = soup.select("details")
+    number = html.escape(str(folded[0].get("name", "")).removeprefix("predict-"))
+    choose = soup.select_one(f".{PREDICTION} > p")
+    if choose:
+        choose.string = number
+        asked.data["text/html"] = str(soup)
+    right = [one for one in folded if one.get_text().count("✓")]
+    parts = [part for one in right for part in one.select("summary, p")]
+    said = [part.decode_contents() for part in parts]
+    return f"<p><strong>{number}</strong> {' '.join(said)}</p>"
 
 
 def _only_prepares(cell: NotebookNode) -> bool:
@@ -142,7 +227,7 @@ def pdf_of(page: "Page") -> bytes:
     """Return the PDF of a page that is open and ready."""
     pdf = page.pdf(
         format="A4",
-        margin={"top": "12mm", "bottom": "15mm", "left": "15mm", "right": "15mm"},
+        margin={"top": "10mm", "bottom": "13mm", "left": "15mm", "right": "15mm"},
         print_background=True,
         display_header_footer=True,
         header_template="<span></span>",
@@ -204,7 +289,7 @@ def _empty(printed: "Printed") -> Iterator[str]:
 
 
 def _divided(pieces: "list[Piece]", notebook: NotebookNode) -> Iterator[str]:
-    """Name the questions and exercises that are not on one page."""
+    """Name the questions, exercises and answers that are not on one page."""
     shown = [(p.page, plain(p.text)) for p in pieces if p.kind in TEXTS]
     letters = "".join(text for _, text in shown)
     pages = [page for page, text in shown for _ in text]
@@ -225,9 +310,11 @@ def _divided(pieces: "list[Piece]", notebook: NotebookNode) -> Iterator[str]:
             yield f"{name} is not found on paper"
             continue
         begin, end = letters.rfind(asked, asked_at, found), found + len(words)
-        begin = found if begin < 0 else begin
+        begin = found if begin < 0 or what == "answer" else begin
         where = set(pages[begin:end])
-        where |= {p.page for p in pieces if p.kind == "picture" and p.text in alts}
+        for alt in alts:  # which other figures may have, too
+            shown_on = {p.page for p in pieces if (p.kind, p.text) == ("picture", alt)}
+            where |= set() if shown_on & where else shown_on
         if len(where) > 1:
             yield f"page {min(where)}: {name} is divided"
         asked = ""
@@ -245,10 +332,12 @@ def _together(cell: NotebookNode) -> tuple[str, str, list[str]]:
     asked = [soup.select(".pgm-predict summary") for soup in soups]
     asked = [choices for choices in asked if choices]
     if len(asked) == 1:
-        words = plain("".join(choice.get_text() for choice in asked[0]))
+        return "question", plain("".join(one.get_text() for one in asked[0])), []
+    if "answer" in tags(cell):
+        (first, *_) = (soup.p for soup in soups if soup.p)
         metadata = [output.get("metadata", {}) for output in outputs]
-        alts = [one.get("image/png", {}).get("alt") for one in metadata]
-        return "question", words, [alt for alt in alts if alt]
+        alts = [one["image/png"]["alt"] for one in metadata if "image/png" in one]
+        return "answer", plain(first.get_text()), alts
     if "exercise" in tags(cell):
         return "exercise", plain(cell.source), []
     return "", "", []

@@ -7,6 +7,7 @@ above the highest room that it imports from, so that every line goes down. Comma
 """
 
 import ast
+import functools
 import re
 import sys
 import textwrap
@@ -35,6 +36,7 @@ class Import(NamedTuple):
 # --- Imports ---
 
 
+@functools.cache
 def imports(root: Path = ROOT) -> list[Import]:
     """Return all imports in both packages but those of type checkers and doors."""
     paths = sorted([*root.glob("pgm_*/**/*.py")])

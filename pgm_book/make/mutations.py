@@ -2,17 +2,13 @@
 
 `python tasks.py mutations` works through tests/mutations.csv: each row is an exact
 piece of text in a module, another one in its place, what that breaks, and the tests
-that have to notice. With `--drawn` it works through tests/mutations_drawn.csv, faults
-that were drawn by a seed, each found by its line and by which one of equal lines it is.
-Of these the test that noticed the last time is run first, then those of the module's
-folder, then others that run it. A copy of the project is broken, never itself.
+that have to notice. A copy of the project is broken, never itself.
 """
 
 import argparse
 import csv
 import multiprocessing
 import os
-import re
 import shutil
 import sys
 import tempfile
@@ -23,7 +19,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 LIST = ROOT / "tests" / "mutations.csv"
-DRAWN = ROOT / "tests" / "mutations_drawn.csv"
 COPIED = ("pgm_lab", "pgm_book", "tests", "data", "notebooks", "docs")
 COPIED_FILES = ("conftest.py", "pyproject.toml")
 
@@ -61,21 +56,13 @@ def listed(path: Path = LIST) -> list[Row]:
 def mutated(row: Row, root: Path = ROOT) -> str:
     """Return the text of a module with a fault; ValueError if the list is outdated."""
     text = (root / row["file"]).read_text(encoding="utf-8")
-    if "occurrence" not in row:
-        old, new, which = row["old"], row["new"], 0
-        places = [found.start() for found in re.finditer(re.escape(old), text)]
-        clear = len(places) == 1
-    else:
-        old, new, which = row["before"], row["after"], int(row["occurrence"]) - 1
-        line = re.compile(rf"^[ \t]*({re.escape(old)})[ \t]*$", re.MULTILINE)
-        places = [found.start(1) for found in line.finditer(text)]
-        clear = which < len(places)
-    if not clear or old == new:
+    old, new = row["old"], row["new"]
+    if (times := text.count(old)) != 1 or old == new:
         raise ValueError(
-            f"fault {row['number']}: {old!r} occurs {len(places)} times in"
-            f" {row['file']}. Bring the list up to date"
+            f"fault {row['number']}: {old!r} occurs {times} times in {row['file']}."
+            " Bring the list up to date"
         )
-    return text[: places[which]] + new + text[places[which] + len(old) :]
+    return text.replace(old, new)
 
 
 def copied(root: Path, folder: Path) -> None:
@@ -122,29 +109,14 @@ def verdict(tests: list[str], folder: Path, seconds: float | None, marks: str) -
     return VERDICTS[process.exitcode]
 
 
-def stages(row: Row) -> list[list[str]]:
-    """Return lists of tests, to be run one after the other until one notices."""
-    # The killer is one test, whose name may contain spaces
-    killer = [[row["killer"]]] if row.get("killer") else []
-    others = [row[name].split() for name in ("tests", "others") if row.get(name)]
-    return killer + others
-
-
-def killer(output: Path) -> str:
-    """Return which test noticed: pytest names it in its last lines."""
-    text = output.read_text(encoding="utf-8")
-    named = re.findall(r"^(?:FAILED|ERROR) (.*?)(?: - .*)?$", text, re.MULTILINE)
-    return named[-1] if named else ""
-
-
 def tried(
     rows: list[Row],
     root: Path = ROOT,
     seconds: float = 300,
     marks: str = "",
     trust: bool = False,
-) -> dict[str, tuple[str, str]]:
-    """Return the verdict on each fault and the test that noticed, by its number.
+) -> dict[str, str]:
+    """Return the verdict on each fault, by its number.
 
     That the tests pass without a fault is tried first, unless with `trust`.
     """
@@ -163,16 +135,13 @@ def tried(
             start, path = time.perf_counter(), folder / row["file"]
             kept = path.read_bytes()
             changed(path, text.encode())
-            for tests in stages(row):
-                answer = verdict(tests, folder, seconds, marks)
-                if answer != "survived":
-                    break
-            noticed = killer(folder / "output.txt") if answer == "killed" else ""
-            found[row["number"]] = answer, noticed
+            answer = verdict(row["tests"].split(), folder, seconds, marks)
+            found[row["number"]] = answer
             changed(path, kept)
             took = f"{time.perf_counter() - start:.0f} s"
-            what = row.get("breaks") or f"{row['kind']}: {row['after']}"
-            print(f"{row['number']:>3} {answer}, {took}: {row['file']}, {what}")
+            print(
+                f"{row['number']:>3} {answer}, {took}: {row['file']}, {row['breaks']}"
+            )
     return found
 
 
@@ -183,14 +152,11 @@ def changed(path: Path, text: bytes) -> None:
         compiled.unlink()
 
 
-def record(column: str, found: dict[str, tuple[str, str]], path: Path) -> None:
-    """Write verdicts into a column of a list; the drawn ones with their killers."""
+def record(column: str, found: dict[str, str], path: Path = LIST) -> None:
+    """Write verdicts into a column of the list."""
     rows = listed(path)
     for row in rows:
-        before = row.get(column, ""), row.get("killer", "")
-        row[column], noticed = found.get(row["number"], before)
-        if "killer" in row:
-            row["killer"] = noticed
+        row[column] = found.get(row["number"], row.get(column, ""))
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
         writer.writeheader()
@@ -201,7 +167,6 @@ def main(arguments: list[str]) -> int:
     """Try the faults; the exit code is 0 if none survives."""
     parser = argparse.ArgumentParser(prog="python tasks.py mutations")
     add = parser.add_argument
-    add("--drawn", action="store_true", help="the faults that were drawn by a seed")
     add("--only", nargs="+", help="parts of file names, or numbers")
     add("--fast", action="store_true", help="by the tests that `make test` runs")
     add("--trust", action="store_true", help="do not run the tests without a fault")
@@ -209,10 +174,9 @@ def main(arguments: list[str]) -> int:
     add("--record", metavar="COLUMN", help="write the verdicts into this column")
     options = parser.parse_args(arguments)
     os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    path = DRAWN if options.drawn else LIST
     rows = [
         row
-        for row in listed(path)
+        for row in listed()
         if not options.only
         or any(word in row["file"] or word == row["number"] for word in options.only)
     ]
@@ -223,8 +187,8 @@ def main(arguments: list[str]) -> int:
         print(error, file=sys.stderr)
         return 2
     if options.record:
-        record(options.record, found, path)
-    counts = Counter(answer for answer, _ in found.values())
+        record(options.record, found)
+    counts = Counter(found.values())
     print(", ".join(f"{n} {word}" for word, n in counts.most_common()) or "none chosen")
     return int("survived" in counts)
 

@@ -112,11 +112,6 @@ def adjust(
     >>> found.redundancy_numbers.round(3)
     array([0.833, 0.833, 0.333])
     """
-    _validate.function(function, "function")
-    if constraints is not None:
-        _validate.function(constraints, "constraints")
-    line_search = _validate.flag(line_search, "line_search")
-    max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
     sigma0_prior = _validate.standard_deviation(sigma0_prior, "sigma0_prior")
     tolerance = _validate.positive_number(tolerance, "tolerance", "parameter's sd")
     start = _validate.finite(start, "start")
@@ -277,9 +272,7 @@ def _model(
         P = _flat(_inverse_covariance(covariance, n), "covariance", lead, n, n)
     else:
         raise ValueError("give weights or covariance, not both")
-    args = tuple(_validate.several(args, "args"))
-    for arg in args:
-        _validate.real(arg, "args")
+    args = tuple(args)
     if lead:
         args = tuple(_flat_argument(arg, lead) for arg in args)
     return Model(function, constraints, args, observations, P, single=not lead)

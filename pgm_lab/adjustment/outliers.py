@@ -74,21 +74,3 @@ def critical_tau(redundancy: ArrayLike, alpha: float = 0.001) -> float | np.ndar
     t = scipy.stats.t.isf(alpha / 2, known - 1)
     tau = t * np.sqrt(known) / np.sqrt(known - 1 + t**2)
     return np.where(r < 2, np.inf, tau)[()]
-
-
-def distribution(test: str, redundancy: int) -> "scipy.stats.rv_continuous":
-    """Return the distribution of w or tau ("w", "tau") when there is no blunder.
-
-    The residuals, scaled to unit length, point in any direction of a space of r
-    dimensions alike; tau is the root of r times one coordinate of that direction.
-
-    Examples
-    --------
-    >>> print(f"{2 * distribution('tau', 4).sf(critical_tau(4)):.4f}")
-    0.0010
-    """
-    if _validate.choice(test, "test", tuple(NAMES)) == "w":
-        return scipy.stats.norm()
-    half = (_validate.whole(redundancy, "redundancy", 2) - 1) / 2
-    root = np.sqrt(redundancy)
-    return scipy.stats.beta(half, half, loc=-root, scale=2 * root)

@@ -8,7 +8,7 @@ corners, `measure` does both for a file, `solve` adjusts the network of all phot
 from pgm_lab.calibration.board import Board
 from pgm_lab.calibration.corners import Corners, refine
 from pgm_lab.calibration.measure import ENDINGS, Measured, measure, pixel_size
-from pgm_lab.calibration.solve import SQUARE, Calibration, calibrate
+from pgm_lab.calibration.solve import SQUARE, Calibration, calibrate, start_c
 
 __all__ = [
     "ENDINGS",
@@ -21,4 +21,5 @@ __all__ = [
     "measure",
     "pixel_size",
     "refine",
+    "start_c",
 ]

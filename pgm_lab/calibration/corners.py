@@ -112,42 +112,50 @@ def refine(grey: ArrayLike, near: ArrayLike, radius: ArrayLike) -> Corners:
     found.status[large] = "too near the border"
     axis = np.arange(-half, half + 1)
     offset = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
-    i, place = np.flatnonzero(large), near[large]
-    # Once from where it was detected, then in a window around the corner itself
+    i, place, start = np.flatnonzero(large), near[large], None
+    # Once from where it was detected, then on in a window around the corner itself
     for _ in range(2):
         middle = np.floor(place + 0.5).astype(int)
         size = np.array(grey.shape[::-1])
         inside = np.all((middle >= half) & (middle < size - half), axis=1)
         found.status[i[~inside]] = "too near the border"
         i, place, middle = i[inside], place[inside], middle[inside]
+        start = None if start is None else start[inside]
         if not len(i):
             return found
         # Windows (k, n) of grey values, by offsets from the whole pixel
         g = grey[middle[:, 1:] + offset[:, 1], middle[:, :1] + offset[:, 0]]
-        fit = _fit(g, offset, place - middle, reach[i])
+        fit = _fit(g, offset, place - middle, reach[i], start)
         found.status[i] = fit.status
         good = fit.status == "measured"
-        i, place = i[good], (middle + fit.p)[good]
+        i, start = i[good], fit.x[good]
+        place = middle[good] + start[:, :2]
     found.pixels[i], found.covariance[i] = place, fit.covariance[good]
-    found.blur[i] = fit.blur[good]
+    found.blur[i] = fit.x[good, 4]
     return found
 
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """What least squares found in the windows, offsets p from their whole pixel."""
+    """What least squares found in the windows: x = p, t1, t2, s, a, b, h."""
 
-    p: np.ndarray
+    x: np.ndarray  # p from the whole pixel
     covariance: np.ndarray
-    blur: np.ndarray
     status: np.ndarray
 
 
-def _fit(g: np.ndarray, offset: np.ndarray, p: np.ndarray, radius: np.ndarray) -> _Fit:
-    """Least squares for p, t1, t2, s, a, b, h of all windows (Levenberg 1944)."""
+def _fit(
+    g: np.ndarray,
+    offset: np.ndarray,
+    p: np.ndarray,
+    radius: np.ndarray,
+    start: np.ndarray | None,
+) -> _Fit:
+    """Least squares in all windows (Levenberg 1944), from `start` but for its p."""
     k = len(g)
     weight = _disc(offset, p, radius)
-    x = _start(g, offset, p, weight)
+    x = _start(g, offset, p, weight) if start is None else start.copy()
+    x[:, :2] = p
     model, J = _edges(x, offset)
     cost = np.sum(weight * (g - model) ** 2, axis=1)
     damping, step = np.full(k, DAMPING), np.full(k, np.inf)
@@ -208,7 +216,7 @@ def _judged(
     Q = np.linalg.inv(N)[:, :2, :2]
     factor = _dependence((weight * v)[status == "measured"])
     covariance = (factor * vv / (n - u))[:, None, None] * Q
-    return _Fit(x[:, :2], covariance, x[:, 4], status)
+    return _Fit(x, covariance, status)
 
 
 def _disc(offset: np.ndarray, p: np.ndarray, radius: np.ndarray) -> np.ndarray:
@@ -272,7 +280,7 @@ def _two_edges(
 def _start(
     g: np.ndarray, offset: np.ndarray, p: np.ndarray, weight: np.ndarray
 ) -> np.ndarray:
-    """Start values (k, 9): of many pairs of edges through p, the best correlated."""
+    """Start values (k, 9) but for p: of many pairs of edges, the best correlated."""
     n = weight.sum(axis=1)
     mean = np.sum(weight * g, axis=1) / n
     centred = weight * (g - mean[:, None])
@@ -286,7 +294,7 @@ def _start(
     best = np.argmax(np.abs(score[:, first, second]), axis=1)
     first, second = first[best], second[best]
     x = np.zeros((len(g), 9))
-    x[:, :2], x[:, 2], x[:, 3] = p, trial[first], trial[second]
+    x[:, 2], x[:, 3] = trial[first], trial[second]
     x[:, 4], x[:, 5], x[:, 6] = BLUR, mean, score[np.arange(len(g)), first, second] / n
     return x
 

@@ -3,7 +3,9 @@
 A board that is partly hidden is found if its parts are coded (charuco, apriltags); all
 points of the other kinds must be seen. Which end of a plain board is its top follows
 from its pattern where it can: see `Board.symmetric`. Where it can't, the end that lies
-higher in the photo is taken, or the left one if the board is turned by 90 degrees.
+higher in the photo is taken, or the left one if the board is turned by 90 degrees. The
+mirror image of a plain board is such a board again: nobody can tell that a photo was
+mirrored.
 """
 
 from typing import Any, NamedTuple

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pgm_lab.calibration.solve import Calibration, between_directions
+from pgm_lab.calibration.solve import Calibration
 from pgm_lab.camera import imaging
 
 CELLS = 6, 4  # of the image, along its longer and its shorter side
@@ -19,11 +19,6 @@ def coverage(found: Calibration) -> np.ndarray:
     return number
 
 
-def tilts(found: Calibration) -> np.ndarray:
-    """Angles (m, m) between the directions in which the photos look, in degrees."""
-    return np.degrees(between_directions(found.result.exteriors))
-
-
 def roll(found: Calibration) -> float:
     """Largest angle between the sides of the image in two photos, 0 to 90 degrees.
 
@@ -34,12 +29,6 @@ def roll(found: Calibration) -> float:
     angle = np.degrees(np.arctan2(x[:, 1], x[:, 0]))
     apart = np.abs(angle[:, None] - angle) % 180
     return float(np.minimum(apart, 180 - apart).max())
-
-
-def distances(found: Calibration) -> np.ndarray:
-    """Distance (m,) of each station from the middle of the board, in mm."""
-    middle = found.result.points.mean(axis=0)
-    return np.linalg.norm(found.result.exteriors[:, :3] - middle, axis=1)
 
 
 def zoom(found: Calibration) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ each photo has a variance component of its own, q^2, which is added to the covar
 of its corners, and estimated from their residuals (Foerstner 1979).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -116,21 +116,22 @@ class Calibration:
         return self.result.cameras[0]
 
     @property
+    def printed(self) -> np.ndarray:
+        """Where the board's points (n, 3) were printed, in mm."""
+        return self.board.points[list(self.result.network.point_names)]
+
+    @property
     def shape(self) -> np.ndarray:
-        """How far the board's points (n, 3) lie from where they were printed, in mm."""
-        return (
-            self.result.points
-            - self.board.points[list(self.result.network.point_names)]
-        )
+        """How far the board's points (n, 3) lie from there, in mm."""
+        return self.result.points - self.printed
 
     @cached_property
     def flat(self) -> bundle.Bundle:
         """The same observations if the board is taken for flat and exactly printed."""
-        network = self.result.network
-        points = self.board.points[list(network.point_names)]
-        everything = np.arange(len(points))
+        fixed = np.arange(len(self.printed))
+        bars = np.zeros((0, 4))
         held = replace(
-            network, points=points, fixed=everything, scale_bars=np.zeros((0, 4))
+            self.result.network, points=self.printed, fixed=fixed, scale_bars=bars
         )
         return bundle.adjust(held, self.result.estimate)
 
@@ -219,7 +220,9 @@ def calibrate(
     size = good[0].image_size
 
     # Start values: c by homographies, the stations by resection
-    lens = Camera(_start_c(good, board, size) * pixel_size, lens="forward")
+    points = (board.points[one.ids] for one in good)
+    c = start_c(points, (one.pixels for one in good), size)
+    lens = Camera(c * pixel_size, lens="forward")
     exteriors = np.array(
         [_start_exterior(one, board, lens, pixel_size) for one in good]
     )
@@ -237,15 +240,11 @@ def calibrate(
     if estimate is None:
         b, C = result.interior[-2:], found.covariance[-2:, -2:]
         if b @ np.linalg.solve(C, b) < scipy.stats.chi2.ppf(SURE, 2):
-            network = replace(_continued(result), cameras=_square(result.cameras))
+            square = replace(result.cameras[0], b1=0.0, b2=0.0)
+            network = replace(_continued(result), cameras=(square,))
             result, q, halves = _solved(network, noise, SQUARE)
             found = Calibration(*parts, result, removed, q / pixel_size, halves)
     return found
-
-
-def _square(cameras: Sequence[Camera]) -> tuple[Camera, ...]:
-    """The cameras without b1 and b2."""
-    return tuple(replace(one, b1=0.0, b2=0.0) for one in cameras)
 
 
 def _weighted(
@@ -359,11 +358,16 @@ def _shown(values: tuple | None) -> str:
     return " ".join(known) or "not stated"
 
 
-def _start_c(photos: Sequence[Measured], board: Board, size: tuple[int, int]) -> float:
-    """Principal distance in pixels by the homographies of the photos (Zhang 2000)."""
-    points = [(board.points[one.ids] @ TO_OPENCV).astype("f4") for one in photos]
-    pixels = [one.pixels[:, None].astype("f4") for one in photos]
-    c = cv2.initCameraMatrix2D(points, pixels, size)[0, 0]
+def start_c(
+    points: Iterable[np.ndarray], pixels: Iterable[np.ndarray], size: tuple[int, int]
+) -> float:
+    """Principal distance in pixels by homographies of flat boards (Zhang 2000).
+
+    points (n, 3) and pixels (n, 2) of each photo, size its columns and rows.
+    """
+    flat = [(one @ TO_OPENCV).astype("f4") for one in points]
+    seen = [one[:, None].astype("f4") for one in pixels]
+    c = cv2.initCameraMatrix2D(flat, seen, size)[0, 0]
     usual = max(size)  # a phone's; fronto-parallel photos have no c in them
     return float(c) if 0.2 * usual < c < 20 * usual else float(usual)
 

@@ -1,6 +1,7 @@
 """The camera: interior orientation, lens, and the projection of object points."""
 
 from pgm_lab.camera import files
+from pgm_lab.camera._document import UNITS
 from pgm_lab.camera.model import (
     BLOCKS,
     LENSES,
@@ -18,6 +19,7 @@ __all__ = [
     "BLOCKS",
     "LENSES",
     "PARAMETERS",
+    "UNITS",
     "Camera",
     "Collinearity",
     "Photo",

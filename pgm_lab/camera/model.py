@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate
 from pgm_lab.camera import _document, imaging
 
-PARAMETERS = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2")
+PARAMETERS = tuple(_document.UNITS)  # c, x0, y0, K1, K2, K3, P1, P2, b1, b2
 BLOCKS = ("interior", "exterior", "point")
 LENSES = ("backward", "forward")
 

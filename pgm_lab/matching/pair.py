@@ -79,10 +79,8 @@ class Match(Matched):
 
         Raises
         ------
-        FileExistsError
-            If the file exists already.
         OSError
-            If it cannot be written; an old one stays.
+            If the file exists already, or cannot be written; an old one stays.
 
         Examples
         --------

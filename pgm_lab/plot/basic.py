@@ -181,18 +181,8 @@ def table(
         Cells, already rounded; shown with `str`.
     caption : str
         What the table shows.
-
-    Raises
-    ------
-    ValueError
-        If a row differs in length from the header.
     """
     cells = [[str(cell) for cell in row] for row in rows]
-    for number, row in enumerate(cells):
-        if len(row) != len(header):
-            raise ValueError(
-                f"row {number} has {len(row)} cells, the header has {len(header)}"
-            )
     content = header, cells, caption
     page, plain = _html_table(*content), _text_table(*content)
     publish_display_data({"text/html": page, "text/plain": plain})
@@ -253,11 +243,6 @@ def interact(draw: Callable[..., object], **sliders: "ValueWidget") -> None:
     **sliders : ipywidgets.ValueWidget
         One for each argument of `draw`, by its name.
 
-    Raises
-    ------
-    ValueError
-        If `draw` cannot be called, or a slider is not a widget with a value.
-
     Examples
     --------
     >>> from ipywidgets import IntSlider
@@ -266,13 +251,7 @@ def interact(draw: Callable[..., object], **sliders: "ValueWidget") -> None:
     ...21 px...
     """
     from IPython.display import DisplayHandle, display
-    from ipywidgets import ValueWidget
 
-    if not callable(draw):
-        raise ValueError(f"draw must be a function of the sliders, not {draw!r}")
-    for name, slider in sliders.items():
-        if not isinstance(slider, ValueWidget):
-            raise ValueError(f"{name} must be a widget with a value, not {slider!r}")
     place = DisplayHandle()
     display(*sliders.values())
     data, metadata = _drawn(draw, sliders)
@@ -425,11 +404,6 @@ def composite(
 ) -> np.ndarray:
     """Red, green and blue (rows, columns, 3) of `overlay`, from 0 to 1."""
     one, other = grey_levels(reference, "reference"), grey_levels(sensed, "sensed")
-    if one.shape != other.shape:
-        raise ValueError(
-            f"reference has shape {one.shape} and sensed {other.shape}; cut or resample"
-            " one of them, so that both have the same pixels"
-        )
     colours = np.stack([other, one, np.zeros_like(one) if paper else other], axis=-1)
     colours[np.isnan(one) | np.isnan(other)] = 1.0
     return colours

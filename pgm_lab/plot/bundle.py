@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from pgm_lab import _validate
 from pgm_lab._rounding import round_number, two_digits
 from pgm_lab.bundle.lens import profile
 from pgm_lab.bundle.reliability import critical_value
@@ -28,8 +27,8 @@ LONGEST_NAME = 15  # characters above a panel, so that the unit is seen
 SYMBOL = {"w": "w", "tau": "τ"}
 
 
-def lens_curve(result: Bundle, decentring: bool = False, camera: int = 0) -> Figure:
-    """Draw the distortion of the lens against the radius, with its 95 % band.
+def lens_curve(result: Bundle, camera: int = 0) -> Figure:
+    """Draw the radial distortion of the lens against the radius, with its 95 % band.
 
     The upper panel has the curve with its band, the lower one half the band's width.
     The radii at which points were measured are shaded: beyond them the curve is
@@ -38,8 +37,6 @@ def lens_curve(result: Bundle, decentring: bool = False, camera: int = 0) -> Fig
     Parameters
     ----------
     result : bundle.Bundle
-    decentring : bool
-        Draw the decentring distortion too.
     camera : int
         Index of the camera.
     """
@@ -52,16 +49,12 @@ def lens_curve(result: Bundle, decentring: bool = False, camera: int = 0) -> Fig
     fig, axes = plt.subplots(
         2, 1, figsize=(10, 6.2), sharex=True, height_ratios=(1.7, 1)
     )
-    curves = [("radial", basic.BLUE, "-")]
-    if decentring:
-        curves.append(("decentring", basic.RED, "--"))
-    for kind, color, line in curves:
-        distortion, sd = profile(result, rho, kind, camera)
-        value, half = UM * distortion, UM * quantile * sd
-        look: Look = {"color": color, "linestyle": line}
-        axes[0].plot(rho, value, label=kind, **look)
-        axes[0].fill_between(rho, value - half, value + half, color=color, alpha=0.25)
-        axes[1].plot(rho, half, **look)
+    distortion, sd = profile(result, rho, camera=camera)
+    value, half = UM * distortion, UM * quantile * sd
+    axes[0].plot(rho, value, color=basic.BLUE)
+    band = {"color": basic.BLUE, "alpha": 0.25}
+    axes[0].fill_between(rho, value - half, value + half, **band)
+    axes[1].plot(rho, half, color=basic.BLUE)
     for ax in axes:
         ax.axvspan(measured.min(), measured.max(), color=basic.YELLOW, alpha=0.22)
         ax.axhline(0, color=basic.BLACK, linewidth=1)
@@ -74,8 +67,6 @@ def lens_curve(result: Bundle, decentring: bool = False, camera: int = 0) -> Fig
     at = {"x": measured.max(), "y": 0.93, "transform": axes[1].get_xaxis_transform()}
     axes[1].text(s="points measured up to here ", ha="right", va="top", **at)
     axes[1].set_ylim(bottom=0)
-    if decentring:
-        axes[0].legend(loc="upper left")
     return fig
 
 
@@ -99,11 +90,6 @@ def residual_vectors(
         RMS.
     magnify : float, optional
         Factor by which the residuals are enlarged; default: a suitable round number.
-
-    Raises
-    ------
-    ValueError
-        If a photo has no observations.
     """
     network = result.network
     v = UM * result.residuals  # computed - observed
@@ -116,10 +102,7 @@ def residual_vectors(
     if photo is None:
         shown = np.sort(np.argsort(-rms, kind="stable")[:MAX_PHOTOS])
     else:
-        shown = _validate.indices(np.atleast_1d(photo), m, "photo")
-        _validate.refuse(
-            count[shown] == 0, "photo{} has no observations: nothing to draw"
-        )
+        shown = np.atleast_1d(photo)
     width = np.ptp(network.xy, axis=0).max()
     if magnify is None:
         usual = np.quantile(np.hypot(*v.T), 0.9) or 1.0  # µm

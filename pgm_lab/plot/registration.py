@@ -48,11 +48,6 @@ def fringes(
     fig, axes = plt.subplots(1, len(images), figsize=(wide, 6.6), squeeze=False)
     for ax, (title, image) in zip(axes.flat, images.items()):
         other = _grey(image, f"images: {title}")
-        if other.shape != first.shape:
-            raise ValueError(
-                f"images: {title} must have as many pixels as the reference image,"
-                f" {first.shape} (rows, columns); got {other.shape}"
-            )
         ax.imshow(composite(first, other), extent=extent, interpolation="nearest")
         ax.set(xlabel="columns (px)", ylabel="rows (px)")
         ax.set_title(title)
@@ -91,12 +86,10 @@ def shifts(
     say : function
         Function that rephrases a status.
     """
-    good = _some(found)
+    good = found.accepted
     grey = matching.read(reference, "reference", colour="grey")  # large: no copy
-    if vectors is None:
-        vectors = found.shifts
-    vectors = _of_points(vectors, good, "vectors")
-    fig = arrows(grey, found.points[good], vectors[good], title)
+    drawn = np.asarray(found.shifts if vectors is None else vectors)
+    fig = arrows(grey, found.points[good], drawn[good], title)
     marks: Look = {"linestyle": "none", "markeredgecolor": "white", "markersize": 8}
     handles = []
     for status, which, (colour, mark) in series(found.status)[1:]:
@@ -127,7 +120,7 @@ def scatter(
         Errors of the shifts, in pixels, such as the residuals of a model; default: the
         deviations from the mean shift. Only those of accepted points are drawn.
     """
-    good = _some(found)
+    good = found.accepted
     d = found.shifts[good]
     mean, C = d.mean(axis=0), np.mean(found.covariance[good], axis=0)
     fig, (whole, near) = plt.subplots(1, 2, figsize=(12, 7))
@@ -142,7 +135,7 @@ def scatter(
     whole.plot(0, 0, "+", color=basic.BLACK, markersize=15, label="no shift")
     whole.set(xlim=(-reach, reach), ylim=(reach, -reach))
     whole.set_title("In the search window")
-    v = d - mean if errors is None else _of_points(errors, good, "errors")[good]
+    v = d - mean if errors is None else np.asarray(errors)[good]
     near.plot(*v.T, **dots)
     ellipses = [("as predicted", C, basic.ORANGE, "--")]
     if len(d) > 2:
@@ -172,9 +165,8 @@ def similarity(found: Registration, errors: ArrayLike) -> Figure:
     `errors` (n, 2) are those of the shifts, in pixels, such as the residuals of a
     model; only those of accepted points are drawn.
     """
-    good = _some(found)
-    errors = _of_points(errors, good, "errors")
-    off = np.maximum(np.hypot(*errors[good].T), SHORTEST)
+    good = found.accepted
+    off = np.maximum(np.hypot(*np.asarray(errors)[good].T), SHORTEST)
     fig, (by_r, by_sd) = plt.subplots(1, 2, figsize=(12, 5), sharey=True)
     dots: Look = {"color": basic.BLUE, "marker": "o", "linestyle": "none"}
     dots |= {"alpha": 0.6, "markersize": 7, "markeredgewidth": 0}
@@ -192,22 +184,3 @@ def similarity(found: Registration, errors: ArrayLike) -> Figure:
     basic.plain(by_sd.xaxis)
     basic.plain(by_r.yaxis, (1,))
     return fig
-
-
-def _some(found: Registration) -> np.ndarray:
-    if not np.any(found.accepted):
-        raise ValueError("found has no accepted point: there are no shifts to draw")
-    return found.accepted
-
-
-def _of_points(values: ArrayLike, good: np.ndarray, name: str) -> np.ndarray:
-    """Vectors (n, 2), finite at the accepted points."""
-    vectors = np.asarray(values, float)
-    if vectors.shape != (len(good), 2):
-        raise ValueError(
-            f"{name} must have shape ({len(good)}, 2), as there are points; got"
-            f" {vectors.shape}"
-        )
-    if not np.all(np.isfinite(vectors[good])):
-        raise ValueError(f"{name} must be finite at the accepted points")
-    return vectors

@@ -140,10 +140,8 @@ class Registration(Matched):
 
         Raises
         ------
-        FileExistsError
-            If the file exists already.
         OSError
-            If it cannot be written; an old one stays.
+            If the file exists already, or cannot be written; an old one stays.
 
         Examples
         --------
@@ -265,15 +263,8 @@ def register(
     Detail too fine for a pixel leaves an alias that does not move with the rest. In a
     Landsat image, reduced 2 to 4 times by averaging, 50 picked chips had errors
     (RMSE_T) of 0.04 to 0.05 px by "lsm" without smoothing, 0.02 smoothed by 1 px, 0.006
-    to 0.008 without alias; "parabola" 0.07 to 0.11, 0.03 to 0.04 without alias. The
-    predicted standard deviation of "lsm" is right within a tenth, with the alias within
-    a fifth; without smoothing it is then two thirds as large as the errors, and a chip
-    was 0.77 px off where 0.09 were predicted; that of "parabola" is half as large as
-    the errors with the alias. With very weak texture and large noise errors may be
-    larger than predicted; a larger chip helps.
-
-    Errors common to all chips are not accounted for: shadows that moved, or an error of
-    either image, give precise shifts that are not those of the ground.
+    to 0.008 without alias; "parabola" 0.07 to 0.11, 0.03 to 0.04 without alias. Errors
+    common to all chips, of shadows that moved or of either image, are not predicted.
 
     References
     ----------

@@ -255,8 +255,7 @@ def board(case: Case) -> Drawn:
     """How the board is bent."""
     found = case.found
     if np.any(found.sd_shape > 0):
-        network = found.result.network
-        points = found.board.points[list(network.point_names)]
+        points = found.printed
         (x, y), height = points[:, :2].T, found.shape[:, 2]
         high = np.abs(height).max()
         longest = np.hypot(*found.shape[:, :2].T).max()

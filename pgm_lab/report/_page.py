@@ -144,6 +144,30 @@ def constants(module: str) -> dict[str, Any]:
     return {name: x for name, x in vars(sys.modules[module]).items() if name.isupper()}
 
 
+class Case:
+    """What the sentences of a report need to know; each report adds its own.
+
+    `NAME` is that of its templates, which state the constants of its module as limits.
+    """
+
+    NAME: str
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """What both templates are given."""
+        return {"case": self} | constants(type(self).__module__)
+
+    @property
+    def findings(self) -> list[Finding]:
+        """All warnings; none when nothing is wrong."""
+        return sections(f"{self.NAME}_findings.j2", self.values)[0].findings
+
+    def sections(self, about: str, short: bool, draw: Any = None) -> list[Section]:
+        """Collect the report, the summary first; what is empty is left out."""
+        more = {"findings": self.findings, "about": about, "short": short}
+        return sections(f"{self.NAME}.j2", self.values | more, draw)
+
+
 # --- As plain text ---
 
 

@@ -10,7 +10,7 @@ from pgm_lab import _validate
 from pgm_lab.matching import Match
 from pgm_lab.registration import Registration
 from pgm_lab.report import _page
-from pgm_lab.report._page import Finding, Section, Table
+from pgm_lab.report._page import Table
 
 MAX_ROWS = 200  # of a table of points
 HALF = 0.5  # of the points
@@ -28,14 +28,13 @@ Words = Mapping[str, tuple[str, str, str]]  # of each status: name, meaning, wha
 Found = Match | Registration
 
 
-class Points:
+class Points(_page.Case):
     """What the sentences of both reports need to know; a subclass adds its own.
 
-    `NAME` is that of the templates, `FEW` the number of points below which they are
-    few, `WORDS` and `SETTINGS` explain the statuses and what was asked.
+    `FEW` is the number of points below which they are few; `WORDS` and `SETTINGS`
+    explain the statuses and what was asked.
     """
 
-    NAME: str
     FEW: int
     WORDS: Words
     SETTINGS: Mapping[str, str]
@@ -45,35 +44,18 @@ class Points:
 
     @property
     def values(self) -> dict[str, Any]:
-        """What all templates are given."""
+        """What both templates are given."""
         good = self.found.accepted
-        values = {
-            "case": self,
+        return super().values | {
             "found": self.found,
             "n": len(good),
             "accepted": int(np.sum(good)),
             "lost": lost(self.found, self.WORDS),
             "few": np.sum(good) < max(self.FEW, HALF * len(good)),
             "SMALL": SMALL,
-        }
-        return values | _page.constants(type(self).__module__)
-
-    @property
-    def findings(self) -> list[Finding]:
-        """All warnings; none when nothing is wrong."""
-        template = f"{self.NAME}_findings.j2"
-        return _page.sections(template, self.values)[0].findings
-
-    def sections(self, about: str, short: bool, draw: Any = None) -> list[Section]:
-        """Collect the report, the summary first; what is empty is left out."""
-        values = self.values | {
-            "findings": self.findings,
             "status_table": status_table(self.found, self.WORDS),
             "settings_table": settings_table(self.asked, self.SETTINGS),
-            "about": about,
-            "short": short,
         }
-        return _page.sections(f"{self.NAME}.j2", values, draw)
 
 
 # --- What became of the points ---

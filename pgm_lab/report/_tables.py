@@ -11,11 +11,12 @@ from pgm_lab.bundle.reliability import Significance, reliability, significance
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
 from pgm_lab.camera import PARAMETERS
+from pgm_lab.camera import UNITS as OF_FILE
 from pgm_lab.report._page import Table
 
 UM = 1e3  # micrometres in a millimetre
 
-UNITS = dict(zip(PARAMETERS, ["mm"] * 3 + ["mm^-2", "mm^-4", "mm^-6"] + ["mm^-1"] * 2))
+UNITS = OF_FILE | {"b1": "-", "b2": "-"}
 MAX_SUSPECTS = 25  # rows
 AXES = "dX", "dY", "dZ"
 
@@ -61,7 +62,7 @@ def cameras(result: Bundle) -> list[Table]:
             words = f"{value:.6g}", "held"
             if (full := name + of_camera) in sd:
                 words = scientific(value, sd[full])
-            row = (name, words[0], UNITS.get(name, "-"), words[1])
+            row = (name, words[0], UNITS[name], words[1])
             rows.append((*row, *_test(tested.get(full))))
         caption = (
             f"Interior orientation{of_camera}; the effect is the largest displacement"

@@ -5,12 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from pgm_lab import _validate, bundle
+from pgm_lab import bundle
 from pgm_lab._rounding import fixed, rounded, scientific
 from pgm_lab.calibration import Calibration, quality
+from pgm_lab.calibration.solve import between_directions
 from pgm_lab.camera import PARAMETERS
 from pgm_lab.report import _page, _tables
-from pgm_lab.report._page import Finding, Table, as_html, as_text
+from pgm_lab.report._page import Table, as_html, as_text
 from pgm_lab.report._tables import UNITS
 
 __all__ = ["html", "text"]
@@ -45,7 +46,7 @@ def html(found: Calibration, *, about: str = "", nominal: bool = False) -> str:
     """
     from pgm_lab.report import _figures  # matplotlib only when it is needed
 
-    case = _case(found, about, nominal)
+    case = Case(found, nominal)
     names = {*(one.name for one in found.photos), *found.left_out, about} - {""}
     draw = _figures.of_calibration(case)
     return as_html(TITLE, case.sections(about, False, draw), names)
@@ -55,41 +56,23 @@ def text(
     found: Calibration, *, about: str = "", nominal: bool = False, short: bool = False
 ) -> str:
     """Report a calibration in plain text; `short` leaves out the tables of photos."""
-    case = _case(found, about, nominal)
-    return as_text(TITLE, case.sections(about, _validate.flag(short, "short")))
+    return as_text(TITLE, Case(found, nominal).sections(about, short))
 
 
-def _case(found: Calibration, about: str, nominal: bool) -> "Case":
-    _validate.instance(found, Calibration, "found")
-    _validate.instance(about, str, "about")
-    return Case(found, _validate.flag(nominal, "nominal"))
-
-
-class Case:
+class Case(_page.Case):
     """What the sentences of the report need to know of a calibration."""
 
+    NAME = "calibration"
     suspects = ()  # data snooping has rejected them
 
     def __init__(self, found: Calibration, nominal: bool) -> None:
         self.found, self.result, self.nominal = found, found.result, nominal
         self.network = found.result.network
 
-    def sections(self, about: str, short: bool, draw: Any = None) -> list:
-        """Collect the report, the summary first."""
-        values = self._values | {"findings": self.findings}
-        values |= {"about": about, "short": short}
-        return _page.sections("calibration.j2", values, draw)
-
     @property
-    def _values(self) -> dict[str, Any]:
-        """What both templates use."""
-        values = {"case": self, "found": self.found, "result": self.result}
-        return values | _page.constants(__name__)
-
-    @property
-    def findings(self) -> list[Finding]:
-        """All warnings; none when nothing is wrong."""
-        return _page.sections("calibration_findings.j2", self._values)[0].findings
+    def values(self) -> dict[str, Any]:
+        """What both templates are given."""
+        return super().values | {"found": self.found, "result": self.result}
 
     # --- The camera ---
 
@@ -148,19 +131,19 @@ class Case:
         for name in PARAMETERS:
             value, sd = getattr(self.found.camera, name), self.sd.get(name)
             scale = self.found.camera.c ** POWERS.get(name, 0)
-            if UNITS.get(name) == "mm":
+            if UNITS[name] == "mm":
                 scale = 1 / self.found.pixel_size
             cells: list[str] = []
             for by in (1.0, scale):
                 v = np.array([by * value])
                 if not sd:
                     cells += f"{v[0]:.6g}", "held"
-                elif UNITS.get(name) == "mm":
+                elif UNITS[name] == "mm":
                     d = np.array([by * sd])
                     cells += rounded(v, d)[0], rounded(d, d)[0]
                 else:
                     cells += scientific(v[0], by * sd)
-            rows.append([name, *cells[:2], UNITS.get(name, "-"), *cells[2:]])
+            rows.append([name, *cells[:2], UNITS[name], *cells[2:]])
         header = ["parameter", "value", "sd", "unit", "in px, or for x / c", "sd"]
         kept = [0, 4, 5] if self.nominal else range(6)  # such mm mean nothing
         shown = [[row[i] for i in kept] for row in rows]
@@ -201,12 +184,13 @@ class Case:
     @cached_property
     def tilts(self) -> np.ndarray:
         """Angles (m, m) between the directions of the photos, in degrees."""
-        return quality.tilts(self.found)
+        return np.degrees(between_directions(self.result.exteriors))
 
     @cached_property
     def distances(self) -> np.ndarray:
-        """Distances (m,) of the stations from the board, in mm."""
-        return quality.distances(self.found)
+        """Distances (m,) of the stations from the middle of the board, in mm."""
+        middle = self.result.points.mean(axis=0)
+        return np.linalg.norm(self.result.exteriors[:, :3] - middle, axis=1)
 
     @cached_property
     def zoom(self) -> tuple[np.ndarray, np.ndarray]:

@@ -10,7 +10,7 @@ from pgm_lab import _validate, matching
 from pgm_lab._rounding import fixed, rounded
 from pgm_lab.matching import RECOMMENDED_QUALITY, STATUSES, Match
 from pgm_lab.report import _points
-from pgm_lab.report._page import Finding, Table, as_html, as_text
+from pgm_lab.report._page import Table, as_html, as_text
 
 __all__ = ["html", "text"]
 
@@ -74,15 +74,6 @@ def html(
     ------
     ValueError
         If a photo has another size than the one that was matched.
-
-    Examples
-    --------
-    >>> from pgm_lab import matching, simulate
-    >>> shift = (3.25, 1, 0, -1.5, 0, 1)
-    >>> grey = simulate.texture_pair(simulate.texture(seed=1), (90, 120), shift)
-    >>> found = matching.match(*grey, number=5)
-    >>> html(found, *grey).splitlines()[0]
-    '<!DOCTYPE html>'
     """
     from pgm_lab.report import _figures  # matplotlib only when it is needed
 
@@ -122,7 +113,7 @@ def text(
     '5 of 5 points were found;'
     """
     case = _case(found, settings, about)
-    return as_text(TITLE, case.sections(about, _validate.flag(short, "short")))
+    return as_text(TITLE, case.sections(about, short))
 
 
 def reason(found: Match) -> str:
@@ -136,16 +127,10 @@ def reason(found: Match) -> str:
 
 def _case(found: Match, settings: Mapping[str, object] | None, about: str) -> "Case":
     _validate.instance(found, Match, "found")
-    _validate.instance(about, str, "about")
     asked = _points.asked(matching.match, settings, SETTINGS)
     # Points are given, or picked: so many
     asked.pop("points" if asked["points"] is None else "number")
     return Case(found, asked)
-
-
-def findings(found: Match) -> list[Finding]:
-    """List all warnings of a matching; none when nothing is wrong."""
-    return Case(found, {}).findings
 
 
 class Case(_points.Points):

@@ -18,7 +18,7 @@ from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
 from pgm_lab.camera import imaging
 from pgm_lab.report import _page, _tables
-from pgm_lab.report._page import Finding, Section, as_html, as_text, count
+from pgm_lab.report._page import Finding, as_html, as_text, count
 from pgm_lab.report._tables import UM
 
 TITLE = "Bundle adjustment"
@@ -59,25 +59,13 @@ def html(found: Bundle | Snooping, *, about: str = "") -> str:
     -------
     str
         The page with its figures, for light and dark screens and for paper.
-
-    Examples
-    --------
-    >>> from pgm_lab import bundle
-    >>> from pgm_lab.camera import Camera
-    >>> from pgm_lab.datasets import muliawan2013
-    >>> data = muliawan2013()
-    >>> measured = data.photo, data.point, data.xy, data.sigma
-    >>> camera = Camera(*data.interior)
-    >>> network = bundle.Network(camera, data.exteriors, data.object_points, *measured)
-    >>> html(bundle.adjust(network)).splitlines()[0]
-    '<!DOCTYPE html>'
     """
     from pgm_lab.report import _figures  # matplotlib only when it is needed
 
-    result = _result(found, about)
-    names = {*result.network.photo_names, *result.network.point_names, about} - {""}
-    parts = _sections(found, about, False, _figures.of_network(Case(result)))
-    return as_html(TITLE, parts, names)
+    case = _case(found)
+    network, draw = case.network, _figures.of_network(case)
+    names = {*network.photo_names, *network.point_names, about} - {""}
+    return as_html(TITLE, case.sections(about, False, draw), names)
 
 
 def text(found: Bundle | Snooping, *, about: str = "", short: bool = False) -> str:
@@ -108,47 +96,13 @@ def text(found: Bundle | Snooping, *, about: str = "", short: bool = False) -> s
     >>> report.splitlines()[3][:55]
     '9 photos of 50 points, taken with one camera: 450 rays.'
     """
-    _result(found, about)
-    return as_text(TITLE, _sections(found, about, _validate.flag(short, "short")))
+    return as_text(TITLE, _case(found).sections(about, short))
 
 
-def _result(found: Bundle | Snooping, about: str) -> Bundle:
-    """Check the arguments, and return the result that is reported."""
-    _validate.instance(about, str, "about")
+def _case(found: Bundle | Snooping) -> "Case":
     if isinstance(found, Snooping):
-        return found.result
-    return _validate.instance(found, Bundle, "found")
-
-
-def _sections(
-    found: Bundle | Snooping, about: str, short: bool, draw: Any = None
-) -> list[Section]:
-    """Collect the report, the summary first; what is empty is left out."""
-    snooping = found if isinstance(found, Snooping) else None
-    result = found.result if isinstance(found, Snooping) else found
-    values = _values(Case(result)) | {
-        "findings": findings(result),
-        "snooping": snooping,
-        "tables": _tables,
-        "about": about,
-        "short": short,
-    }
-    return _page.sections("network.j2", values, draw)
-
-
-def findings(result: Bundle) -> list[Finding]:
-    """List all warnings of a result; none when nothing is wrong."""
-    values = _values(Case(result)) | {
-        "mirrored_image": mirrored_image(result),
-        "mirrored_object": mirrored_object(result),
-    }
-    return _page.sections("network_findings.j2", values)[0].findings
-
-
-def _values(case: "Case") -> dict[str, Any]:
-    values = {"case": case, "result": case.result, "network": case.network}
-    values |= {"three": _three, "infinity": float("inf"), "LOOKING": LOOKING}
-    return values | _page.constants(__name__)
+        return Case(found.result, found)
+    return Case(_validate.instance(found, Bundle, "found"))
 
 
 def _three(value: float) -> str:
@@ -156,15 +110,33 @@ def _three(value: float) -> str:
     return f"{value:.3f}" if value >= 0.1 else plain(value, 3)
 
 
-class Case:
+class Case(_page.Case):
     """What the sentences of the report need to know of a result."""
 
-    def __init__(self, result: Bundle) -> None:
+    NAME = "network"
+
+    def __init__(self, result: Bundle, snooping: Snooping | None = None) -> None:
         self.result, self.network = result, result.network
+        self.snooping = snooping
         self.stated = result.sigma0_prior or 1.0
         self.critical = critical_value(result)
         self.test_name = NAMES[result.residual_test]
         self.controlled = is_controlled(self.network)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """What both templates are given."""
+        return super().values | {
+            "result": self.result,
+            "network": self.network,
+            "snooping": self.snooping,
+            "mirrored_image": mirrored_image(self.result),
+            "mirrored_object": mirrored_object(self.result),
+            "tables": _tables,
+            "three": _three,
+            "infinity": float("inf"),
+            "LOOKING": LOOKING,
+        }
 
     # --- Names ---
 

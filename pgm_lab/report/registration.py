@@ -101,16 +101,6 @@ def html(
     ------
     ValueError
         If an argument is not what is described here.
-
-    Examples
-    --------
-    >>> from pgm_lab.datasets import landsat
-    >>> scene = landsat().grey
-    >>> pair = scene[:200, :200], scene[2:202, 1:201]
-    >>> points = registration.pick(pair[0], 9)
-    >>> found = registration.register(*pair, points, refine="lsm")
-    >>> html(found, *pair, settings={"refine": "lsm"}).splitlines()[0]
-    '<!DOCTYPE html>'
     """
     from pgm_lab.report import _figures  # matplotlib only when it is needed
 
@@ -157,7 +147,7 @@ def text(
     The sensed image lies 1.00 px farther to the left and 2.00 px
     """
     case = _case(found, reference, sensed, model, start, pixel_size, settings, about)
-    return as_text(TITLE, case.sections(about, _validate.flag(short, "short")))
+    return as_text(TITLE, case.sections(about, short))
 
 
 def reason(found: Registration) -> str:
@@ -180,7 +170,6 @@ def _case(
     about: str,
 ) -> "Case":
     _validate.instance(found, Registration, "found")
-    _validate.instance(about, str, "about")
     if model is not None:
         _validate.instance(model, Model, "model")
         if len(model.used) != len(found.points):

@@ -13,7 +13,6 @@ from pgm_lab.simulate.photos import (
     rotations,
     rough,
 )
-from pgm_lab.simulate.scene import on_relief, relief_photo
 from pgm_lab.simulate.texture import Texture, grey_gradients, grey_values, texture
 
 __all__ = [
@@ -30,11 +29,9 @@ __all__ = [
     "grey_values",
     "landscape",
     "network",
-    "on_relief",
     "ortho_pair",
     "pair",
     "photograph",
-    "relief_photo",
     "rotations",
     "rough",
     "shrunk_pair",

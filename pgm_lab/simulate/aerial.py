@@ -62,7 +62,6 @@ def aerial_pair(
     cell: float = 0.15,
     buildings: int | None = None,
     trees: int | None = None,
-    water: bool = False,
     camera: Camera = CAMERA,
 ) -> AerialPair:
     """Two photos flown as in Harintaka (2020), or the same part of both.
@@ -82,16 +81,11 @@ def aerial_pair(
         Standard deviation of the noise, in grey values.
     seed : int
         Seed of landscape and noise.
-    relief, cell, buildings, trees, water
+    relief, cell, buildings, trees
         As in `landscape`. Open fields, mixed ground and wood are the thirds, from west
         to east, of the ground that both photos show.
     camera : Camera
         Another lens, or none.
-
-    Raises
-    ------
-    ValueError
-        If the part is larger than the sensor, or the overlap out of range.
 
     Examples
     --------
@@ -99,7 +93,6 @@ def aerial_pair(
     >>> pair.left.grey.shape, pair.ground[0].shape
     ((80, 120), (80, 120, 3))
     """
-    _fits(part, overlap=(overlap, 0.5))
     # Both photos, around the ground in the middle
     base = (1 - overlap) * SENSOR[0] * GSD
     stations = [(-base / 2, 0, HEIGHT + 20), (base / 2, 3, HEIGHT + 24)]
@@ -124,7 +117,6 @@ def aerial_pair(
         trees=trees,
         seed=seed,
         borders=(west + third, east - third),
-        water=water,
     )
     surface = Surface(land.dsm)
     (left, a), (right, b) = render(land, surface, frames, part, sigma, seed)
@@ -167,18 +159,12 @@ def aerial_block(
         Strip by strip, each from west to east.
     landscape : Landscape
 
-    Raises
-    ------
-    ValueError
-        As `aerial_pair`, or if the landscape would have more than 10^8 cells.
-
     Examples
     --------
     >>> photos, land = aerial_block(1, 2, (120, 80), cell=0.3)
     >>> len(photos), photos[1].grey.shape
     (2, (80, 120))
     """
-    _fits(part, overlap=(overlap, 0.5), sidelap=(sidelap, 0.0))
     along, across = (1 - overlap) * part[0] * GSD, (1 - sidelap) * part[1] * GSD
     rng = np.random.default_rng([seed, 1])
     column, row = (np.array(SENSOR) - part) // 2
@@ -202,15 +188,6 @@ def aerial_block(
     )
     taken = render(land, Surface(land.dsm), frames, part, sigma, seed)
     return [photo for photo, _ in taken], land
-
-
-def _fits(part: tuple[int, int], **overlaps: tuple[float, float]) -> None:
-    """Refuse a part larger than the sensor, and impossible overlaps."""
-    if any(not 8 <= n <= most for n, most in zip(part, SENSOR)):
-        raise ValueError(f"part must be from (8, 8) to {SENSOR} pixels; got {part}")
-    for name, (value, least) in overlaps.items():
-        if not least <= value < 1:
-            raise ValueError(f"{name} must be from {least:g} to below 1; got {value:g}")
 
 
 def _frame(camera: Camera, exterior: np.ndarray, corner: tuple[int, int]) -> Photo:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate, datasets
 from pgm_lab.image.resampling import cubic_weights
 
-OPEN, BUILDING, TREE, WATER = 0, 1, 2, 3
+OPEN, BUILDING, TREE = 0, 1, 2
 ZONES = ("open", "mixed", "wood")
 
 # Which objects stand where
@@ -49,7 +49,7 @@ class Landscape:
         Heights of the ground, and of the surface seen from above, in m; bilinear
         between cell centres, so the wall of a house is a ramp as wide as a cell.
     kind : ndarray (rows, columns) of uint8
-        `OPEN`, `BUILDING`, `TREE` or `WATER`.
+        `OPEN`, `BUILDING` or `TREE`.
     corner : (X, Y)
         Centre of the cell in row 0 and column 0, in m; Y decreases with the row.
     cell : float
@@ -103,7 +103,6 @@ def landscape(
     trees: int | None = None,
     seed: int = 8,
     borders: tuple[float, float] | None = None,
-    water: bool = False,
 ) -> Landscape:
     """Landscape with open fields, mixed ground and a wood, from west to east.
 
@@ -125,13 +124,6 @@ def landscape(
     borders : (X, X), optional
         Where mixed ground and where the wood begin, in m; default: thirds of the
         extent.
-    water : bool
-        A pond without texture in the open fields, 12 m to 30 m long.
-
-    Raises
-    ------
-    ValueError
-        If the extent is less than 2 m wide, or the cells are more than 10^8.
 
     Notes
     -----
@@ -145,11 +137,6 @@ def landscape(
     ((80, 120), '40 m', True)
     """
     west, south, east, north = np.asarray(extent, dtype=float)
-    if east - west < 2 or north - south < 2:
-        raise ValueError(
-            "extent must be (X least, Y least, X most, Y most), 2 m wide or more; got"
-            f" {extent}"
-        )
     shape = int(np.ceil((north - south) / cell)), int(np.ceil((east - west) / cell))
     _validate.size("extent", *shape)
     third = (east - west) / 3
@@ -159,15 +146,11 @@ def landscape(
     X = west + cell * (np.arange(shape[1]) + 0.5)
     Y = north - cell * (np.arange(shape[0]) + 0.5)
 
-    # The ground: relief, meadow, fields, water and roads
+    # The ground: relief, meadow, fields and roads
     dtm = _terrain(X, Y, relief)
     grey, none = _meadow(shape, cell, rng), np.zeros(shape, np.uint8)
     site = _Site(grey, dtm, dtm.copy(), none, cell, paved=none.astype(bool))
     _draw_fields(site, X, ends, rng)
-    if water:
-        radius = min(15.0, (north - south) / 8, max(6.0, (ends[0] - west) / 5))
-        place = (0.62 * shape[0], ((west + ends[0]) / 2 - west) / cell)
-        _draw_pond(site, *place, radius)
     angles = _draw_roads(site, X, ends)
 
     # The objects on it
@@ -380,20 +363,6 @@ def _draw_field(
     grey[within] = tone + keep * texture + furrows
 
 
-def _draw_pond(site: _Site, row: float, column: float, radius: float) -> None:
-    """Level water of one grey value, in banks that lead smoothly to the ground."""
-    window = site.window(row, column, 2.5 * radius / site.cell)
-    u, v = site.axes(window, row, column, 0.4)
-    q = np.sqrt(u**2 + (v / 0.6) ** 2) / radius
-    level = site.dtm[window][q < 1].mean(dtype=float)
-    bank = np.clip((q - 1) / 1.4, 0, 1)
-    bank = bank**2 * (3 - 2 * bank)
-    site.dtm[window] = level + bank * (site.dtm[window] - level)
-    site.dsm[window] = site.dtm[window]
-    site.kind[window][q < 1] = WATER
-    site.grey[window][q < 1] = 62
-
-
 def _draw_roads(site: _Site, X: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
     """A road from west to east, a track along the border; angles (columns,) of it."""
     rows, columns = site.dtm.shape
@@ -453,9 +422,9 @@ def _build_house(
 def _plant_tree(
     site: _Site, row: float, column: float, rng: np.random.Generator
 ) -> None:
-    """A tree with a round crown, unless a house, a road or water is there."""
+    """A tree with a round crown, unless a house or a road is there."""
     here = int(row), int(column)
-    if site.paved[here] or site.kind[here] in (BUILDING, WATER):
+    if site.paved[here] or site.kind[here] == BUILDING:
         return
     height = rng.uniform(5, 16)
     radius = (0.6 + 0.17 * height) * rng.uniform(0.8, 1.2)

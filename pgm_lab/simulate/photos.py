@@ -58,11 +58,6 @@ def control_photo(
     image : ndarray (n, 2)
         With errors, in mm.
 
-    Raises
-    ------
-    ValueError
-        If the lens shows too little for n points.
-
     Examples
     --------
     >>> rng = np.random.default_rng(1)
@@ -263,11 +258,6 @@ def network(
     KnownNetwork
         Every ray lies in front of its camera and inside the image.
 
-    Raises
-    ------
-    ValueError
-        If `rays` is out of range, or the photos share too little of the object.
-
     Examples
     --------
     Nine photos of fifty targets in all of them, and a large block:
@@ -283,13 +273,7 @@ def network(
     >>> len(large.xy) / 2000
     3.4
     """
-    if rays is None and block:
-        raise ValueError(
-            "a block needs a value for rays: no point lies in all of its photos"
-        )
     rays = float(photos) if rays is None else rays
-    if not 2 <= rays <= photos:
-        raise ValueError(f"rays must lie between 2 and the {photos} photos; got {rays}")
 
     # Stations and attitudes, with small errors of flight and pointing
     size = np.asarray(image_size, dtype=float)

@@ -1,19 +1,18 @@
 """A block of photos: many pairs as tasks, here or on a cluster, and one surface.
 
-`plot_pair` plots one pair into a file of a folder. It runs in this process, in several
-(`concurrent.futures`), or wherever the scheduler of a dask cluster puts it; pairs
-already in the folder are not plotted again. In the end the files are merged, in the
-order given.
+`plot_pair` plots one pair into a file of a folder. It runs in this process, in several,
+or on a dask cluster; pairs already in the folder are not plotted again. In the end the
+files are merged, in the order given.
 """
 
 import contextlib
 import errno
 import functools
 import hashlib
-import inspect
 import json
 import multiprocessing
 import os
+import shutil
 import socket
 import time
 import traceback
@@ -34,7 +33,7 @@ from pgm_lab import __version__, _validate
 from pgm_lab.camera.photo import Photo
 from pgm_lab.io import files as _files
 from pgm_lab.stereo import slips
-from pgm_lab.stereo.dense import match_dense, match_rows
+from pgm_lab.stereo.dense import match_dense
 from pgm_lab.stereo.grid import Surface, gap_width, surface
 from pgm_lab.stereo.heights import intersect
 from pgm_lab.stereo.normal import epipolar_pair
@@ -43,15 +42,9 @@ from pgm_lab.stereo.photo_file import PhotoFile, fingerprint, photo_list
 MIN_POINTS = 10  # at least, for a pair to give a surface
 MIN_SD = 0.001  # m, lower limit, so that no match outweighs all others
 TILE = 1024  # cells on a side of a tile that is merged at once
-MERGES = ("mean", "median")
 LIST = "block.json"  # numbers, and a fingerprint of each photo
-CORES = (  # that this process may use
-    len(os.sched_getaffinity(0))
-    if hasattr(os, "sched_getaffinity")
-    else os.cpu_count() or 1
-)
 PATIENCE = 10  # seconds: for a scheduler, for a first worker
-DEATHS = ("BrokenProcessPool", "KilledWorker")  # what Python and dask call them
+DISK = "the disk is full. What was plotted is in the folder: make room and call again"
 
 
 @dataclass(frozen=True)
@@ -130,15 +123,13 @@ def plot_block(
     """Plot many pairs, each once, and merge their surfaces.
 
     Each pair is a task: `epipolar_pair`, `match_dense`, `intersect` and `surface`, and
-    the heights go into a file of the folder. It is written atomically, so that an
-    interrupted run can be resumed: the same call plots what is missing. (If you change
-    `pgm_lab` itself, take a new folder.) All cells lie on one grid, with edges at whole
-    multiples of `cell`. The result is the same to the last bit, whichever worker does a
-    task and whichever is ready first.
+    the heights go into a file of the folder. If a run is interrupted, the same call
+    plots what is missing. (If you change `pgm_lab` itself, take a new folder.) All
+    cells lie on one grid, with edges at whole multiples of `cell`. The result is the
+    same to the last bit, whichever worker does a task and whichever is ready first.
 
-    A worker is sent names of files, orientations and a few numbers, 1 kB a pair. Photos
-    in memory are written into the folder first; a `PhotoFile` saves this copy. Workers
-    of a cluster have to see the folder and the photos under the same names.
+    Photos in memory are written into the folder first; a `PhotoFile` saves this copy.
+    Workers of a cluster have to see folder and photos under the same names.
 
     Parameters
     ----------
@@ -196,15 +187,17 @@ def plot_block(
         raise ValueError(
             f"heights must be (low, high) with low < high; got ({low:g}, {high:g})"
         )
-    _validate.choice(merging, "merging", MERGES)
+    _validate.choice(merging, "merging", ("mean", "median"))
     largest_gap = gap_width(largest_gap)
     retries = _validate.whole(retries, "retries", 0)
-    workers = CORES if workers is None else _validate.whole(workers, "workers", 1)
-    progress = _validate.flag(progress, "progress")
+    cores = os.cpu_count() or 1
+    workers = _validate.whole(cores if workers is None else workers, "workers", 1)
     matching = dict(_validate.mapping({} if matching is None else matching, "matching"))
-    options = list(inspect.signature(match_rows).parameters)[2:]
-    if unknown := set(matching).difference(options):
-        raise ValueError(f"matching has no argument of match_dense: {unknown.pop()}")
+    folder = Path(folder).absolute()
+    if not folder.is_dir():
+        raise FileNotFoundError(
+            f"{_files.printable(folder)} is not a folder: make it first"
+        )
 
     # What the folder belongs to, and which pairs it contains already
     numbers = {
@@ -214,11 +207,6 @@ def plot_block(
         "largest_gap": largest_gap,
         "pgm_lab": __version__,
     }
-    folder = Path(folder).absolute()
-    if not folder.is_dir():
-        raise FileNotFoundError(
-            f"{_files.printable(folder)} is not a folder: make it first"
-        )
     files = {k: _on_disk(photos[k], folder) for k in np.unique(indices).tolist()}
     prints = {k: file.fingerprint() for k, file in files.items()}
     known = numbers | {f"photos[{k}]": one for k, one in prints.items()}
@@ -240,17 +228,19 @@ def plot_block(
     done = {
         task.pair: PlottedPair(*task.pair, "found", points, file=task.file)
         for task in tasks
-        if (points := plotted(task)) is not None
+        if (points := _plotted(task)) is not None
     }
     missing = [task for task in tasks if task.pair not in done]
-    if missing:
-        bar = tqdm(
-            total=len(tasks), initial=len(done), unit="pair", disable=not progress
-        )
-        with bar, _pool(client, min(workers, len(missing)), folder) as plot_all:
-            for row in _plot(missing, plot_all, retries):
-                done[row.left, row.right] = row
-                bar.update()
+    bar = tqdm(
+        total=len(tasks),
+        initial=len(done),
+        unit="pair",
+        disable=not _validate.flag(progress, "progress"),
+    )
+    with bar, _workers(client, workers, folder) as plot:
+        for row in _plot(missing, plot, retries):
+            done[row.left, row.right] = row
+            bar.update()
 
     table = tuple(done[task.pair] for task in tasks)
     good = [pair.file for pair in table if pair.status != "failed"]
@@ -287,26 +277,14 @@ def _on_disk(photo: Photo | PhotoFile, folder: Path) -> PhotoFile:
     if isinstance(photo, PhotoFile):
         return photo
     grey = np.ascontiguousarray(photo.grey)
-    content = hashlib.sha256(f"{grey.dtype}{grey.shape}".encode())
-    content.update(grey.tobytes())
+    content = hashlib.sha256(f"{grey.dtype}{grey.shape}".encode() + grey.tobytes())
     path = folder / "photos" / f"{content.hexdigest()[:32]}.npy"
     if not path.is_file():
         path.parent.mkdir(exist_ok=True)
-        with _new(path) as file:
+        with _files.atomic(path, overwrite=True) as part, part.open("xb") as file:
             np.save(file, grey)
-    exterior = tuple(np.asarray(photo.exterior, float).tolist())
-    return PhotoFile(
-        path,
-        *(photo.camera, exterior, photo.pixel_size, photo.image_size, photo.corner),
-        photo.crs,
-    )
-
-
-@contextlib.contextmanager
-def _new(path: Path) -> Iterator[Any]:
-    """A file to write, which is renamed to its place when it is complete."""
-    with _files.atomic(path, overwrite=True) as part, part.open("xb") as file:
-        yield file
+    own = photo.camera, tuple(photo.exterior.tolist()), photo.pixel_size
+    return PhotoFile(path, *own, photo.image_size, photo.corner, photo.crs)
 
 
 def _belongs(folder: Path, now: dict[str, Any], overwrite: bool) -> None:
@@ -374,10 +352,9 @@ def plot_pair(task: Task) -> tuple[int, float]:
         points.xyz[inside], points.sd[inside, 2], task.cell, task.largest_gap
     )
     box = np.array([*first, *z.shape[::-1]])
-    with _new(task.file) as file:
-        np.savez(
-            file, fingerprint=task.fingerprint, box=box, points=n, z=z, weight=weight
-        )
+    stored = {"fingerprint": task.fingerprint, "box": box, "points": n}
+    with _files.atomic(task.file, overwrite=True) as part, part.open("xb") as file:
+        np.savez(file, **stored, z=z, weight=weight)
     return n, time.perf_counter() - start
 
 
@@ -391,9 +368,7 @@ def _gridded(
     at = np.floor(xyz[:, :2] * (1, -1) / cell).astype(np.int64)
     first, last = at.min(0), at.max(0) + 1
     columns, rows = last - first
-    left, right, top, bottom = first[0], last[0], -first[1], -last[1]
-    west, south, east, north = (cell * float(v) for v in (left, bottom, right, top))
-    extent = west, south, east, north
+    extent = tuple(cell * np.array([first[0], -last[1], last[0], -first[1]], float))
     z = surface(xyz, cell, extent=extent, largest_gap=largest_gap).z[:rows, :columns]
     where = (at - first) @ (1, columns)
     sd = np.nan_to_num(sd, nan=np.inf).clip(MIN_SD)
@@ -402,7 +377,7 @@ def _gridded(
     return z.astype(np.float32), weight.astype(np.float32), first
 
 
-def plotted(task: Task) -> int | None:
+def _plotted(task: Task) -> int | None:
     """Points of a pair that is in its file already, None where it is not."""
     try:
         with task.file.open("rb") as file, np.load(file) as stored:
@@ -414,109 +389,96 @@ def plotted(task: Task) -> int | None:
 
 # --- Where the tasks run: in this process, in several, or on a cluster ---
 
-Answer = tuple[int, float] | BaseException  # points and seconds, or why not
-PlotAll = Callable[[list[Task]], Iterator[tuple[Task, Answer]]]  # as they are ready
+Answer = tuple[int, float] | Exception  # points and seconds, or why not
+Plot = Callable[[Task], futures.Future]
 
 
-def _plot(tasks: list[Task], plot_all: PlotAll, retries: int) -> Iterator[PlottedPair]:
-    """Do all tasks; those that failed again, after the others."""
-    attempt = 1
-    while tasks:
-        failed, suspects = [], []
-        for task, answer in plot_all(tasks):
-            _refuse_full_disk(answer)
-            if type(answer).__name__ in DEATHS:
-                suspects.append(task)
-            elif isinstance(answer, BaseException) and attempt <= retries:
-                failed.append(task)
-            else:
-                yield _row(task, answer, attempt)
-        # It is unknown which of the running tasks killed a worker: now each runs alone
-        for task in suspects:
-            [(task, answer)] = plot_all([task])
-            yield _row(task, answer, attempt)
-        tasks, attempt = failed, attempt + 1
+def _plot(tasks: list[Task], plot: Plot, retries: int) -> Iterator[PlottedPair]:
+    """Do all tasks; those that failed again, one by one, after the others."""
+    # It is unknown which of those that ran together killed a worker
+    failed = []
+    for row in _batch(tasks, plot, 1):
+        if row.status == "failed" and retries:
+            failed.append(row)
+        else:
+            yield row
+    of = {task.pair: task for task in tasks}
+    for row in failed:
+        for attempt in range(2, retries + 2):
+            (row,) = _batch([of[row.left, row.right]], plot, attempt)
+            if row.status == "plotted":
+                break
+        yield row
 
 
-def _serially(tasks: list[Task]) -> Iterator[tuple[Task, Answer]]:
-    """Plot in this process."""
-    for task in tasks:
-        try:
-            yield task, plot_pair(task)
-        except Exception as error:
-            traceback.clear_frames(error.__traceback__)  # or photos stay open
-            yield task, error
-
-
-def _in_parallel(
-    tasks: list[Task], start: Callable[[], futures.Executor], workers: int
-) -> Iterator[tuple[Task, Answer]]:
-    """Plot in an executor: processes of this computer, or a cluster behind it.
-
-    Dask gives the task of a dead worker to another one; of processes, when one dies,
-    all are started anew.
-    """
-    while tasks:
-        left, running = dict.fromkeys(tasks), {}
-        executor = start()
-        try:
-            _refuse_no_process(executor)
-            with contextlib.suppress(BrokenProcessPool):
-                for task in tasks:
-                    running[executor.submit(plot_pair, task)] = task
-            for future in futures.as_completed(running):
-                error = future.exception()
-                if not isinstance(error, BrokenProcessPool):
-                    del left[running[future]]
-                    yield running[future], error or future.result()
-        except futures.CancelledError:
-            raise ConnectionError(
-                "the cluster was lost. What it has plotted is in the folder: call again"
-                " to go on"
-            ) from None
-        finally:
-            for future in running:
-                future.cancel()
-            executor.shutdown()
-        # Tasks begin in their order, so the first ones left were under way
-        tasks = list(left)
-        for task in tasks[:workers]:
-            yield task, BrokenProcessPool("its process died; was there enough memory?")
-        tasks = tasks[workers:]
-
-
-def _refuse_no_process(executor: futures.Executor) -> None:
+def _batch(tasks: list[Task], plot: Plot, attempt: int) -> Iterator[PlottedPair]:
+    """Do tasks at the same time; how each ended, as they are ready."""
+    running = {plot(task): task for task in tasks}
     try:
-        executor.submit(os.getpid).result()
-    except BrokenProcessPool:
-        raise RuntimeError(
-            "no worker process could start. In a script, plot_block has to be called"
-            ' under `if __name__ == "__main__":`, since each worker imports the'
-            " script; or plot with workers=1"
+        for future in futures.as_completed(running):
+            yield _row(running[future], _answer(future), attempt)
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def _answer(future: futures.Future) -> Answer:
+    """What a task gave, or why it failed."""
+    try:
+        return future.result()
+    except futures.CancelledError:
+        raise ConnectionError(
+            "the cluster was lost. What it has plotted is in the folder: call again"
+            " to go on"
         ) from None
+    except BrokenProcessPool:
+        return BrokenProcessPool(
+            "its process died; was there enough memory? (In a script, plot_block has to"
+            ' be called under `if __name__ == "__main__":`, or with workers=1)'
+        )
+    except Exception as error:
+        traceback.clear_frames(error.__traceback__)  # or photos stay open
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+            raise OSError(error.errno, DISK) from error
+        return error
+
+
+def _row(task: Task, answer: Answer, attempts: int) -> PlottedPair:
+    row = functools.partial(PlottedPair, *task.pair, attempts=attempts, file=task.file)
+    if isinstance(answer, Exception):
+        return row(status="failed", reason=f"{type(answer).__name__}: {answer}")
+    return row(status="plotted", points=answer[0], seconds=answer[1])
 
 
 @contextlib.contextmanager
-def _pool(client: Any, workers: int, folder: Path) -> Iterator[PlotAll]:
-    """A function that plots all of some tasks; a cluster must see the folder."""
-    if client is None and workers == 1:
-        yield _serially
-    elif client is None:
-        spawn = multiprocessing.get_context("spawn")
-        start = functools.partial(
-            futures.ProcessPoolExecutor, workers, spawn, cv2.setNumThreads, (1,)
-        )
-        yield functools.partial(_in_parallel, start=start, workers=workers)
-    else:
-        with _connected(client) as cluster:
-            _refuse_blind(cluster, folder)
-            start = functools.partial(cluster.get_executor, pure=False)
-            yield functools.partial(_in_parallel, start=start, workers=workers)
+def _workers(client: Any, workers: int, folder: Path) -> Iterator[Plot]:
+    """A function that plots somewhere; a cluster must see the folder."""
+    if client is None:
+        with futures.ThreadPoolExecutor(workers) as threads:
+            work = plot_pair if workers == 1 else _in_a_process
+            yield functools.partial(threads.submit, work)
+        return
+    with _connected(client) as cluster:
+        for address, sees in cluster.run(os.path.isfile, str(folder / LIST)).items():
+            if not sees:
+                raise FileNotFoundError(
+                    f"worker {address} does not see {folder}: put folder and photos on"
+                    " a disk that all workers have under the same name"
+                )
+        with cluster.get_executor(pure=False) as executor:
+            yield functools.partial(executor.submit, plot_pair)
+
+
+def _in_a_process(task: Task) -> tuple[int, float]:
+    """Plot in a process of its own: if it dies, no other pair is lost."""
+    spawn = multiprocessing.get_context("spawn")
+    with futures.ProcessPoolExecutor(1, spawn, cv2.setNumThreads, (1,)) as process:
+        return process.submit(plot_pair, task).result()
 
 
 @contextlib.contextmanager
 def _connected(client: Any) -> Iterator[Any]:
-    """The client of a cluster; one made here from an address is closed."""
+    """The client of a cluster with workers; one made here from an address is closed."""
     try:
         from distributed import Client
         from distributed.comm import get_address_host_port
@@ -524,50 +486,25 @@ def _connected(client: Any) -> Iterator[Any]:
         raise ImportError(
             "a cluster needs dask.distributed: pip install dask distributed"
         ) from None
-    if not isinstance(client, str):
-        yield _validate.instance(client, Client, "client")
-        return
-    try:  # quick test whether anything answers at all
-        socket.create_connection(get_address_host_port(client), PATIENCE).close()
-        own = Client(client, timeout=PATIENCE, set_as_default=False)
-    except Exception as error:  # whatever another program replies there
-        raise ConnectionError(
-            f"no dask scheduler answers at {client!r} ({type(error).__name__})"
-        ) from error
-    with own:
-        yield own
-
-
-def _refuse_blind(client: Any, folder: Path) -> None:
-    """Refuse a cluster without workers, or whose workers do not see the folder."""
-    if client.status != "running":
-        raise ConnectionError("the client of the cluster is closed; make a new one")
-    try:
-        client.wait_for_workers(1, timeout=PATIENCE)
-    except TimeoutError:
-        raise ConnectionError("the cluster has no worker; start one") from None
-    for address, sees in client.run(os.path.isfile, str(folder / LIST)).items():
-        if not sees:
-            raise FileNotFoundError(
-                f"worker {address} does not see {folder}: put folder and photos on a"
-                " disk that all workers have under the same name"
-            )
-
-
-def _refuse_full_disk(answer: Answer) -> None:
-    if isinstance(answer, OSError) and answer.errno in (errno.ENOSPC, errno.EDQUOT):
-        raise OSError(
-            answer.errno,
-            "the disk is full. What was plotted is in the folder: make room and call"
-            " again to go on",
-        ) from answer
-
-
-def _row(task: Task, answer: Answer, attempts: int) -> PlottedPair:
-    row = functools.partial(PlottedPair, *task.pair, attempts=attempts, file=task.file)
-    if isinstance(answer, BaseException):
-        return row(status="failed", reason=f"{type(answer).__name__}: {answer}")
-    return row(status="plotted", points=answer[0], seconds=answer[1])
+    with contextlib.ExitStack() as own:
+        if isinstance(client, str):
+            try:  # quick test whether anything answers at all
+                socket.create_connection(
+                    get_address_host_port(client), PATIENCE
+                ).close()
+                cluster = Client(client, timeout=PATIENCE, set_as_default=False)
+            except Exception as error:  # whatever another program replies there
+                raise ConnectionError(
+                    f"no dask scheduler answers at {client!r} ({type(error).__name__})"
+                ) from error
+            client = own.enter_context(cluster)
+        if _validate.instance(client, Client, "client").status != "running":
+            raise ConnectionError("the client of the cluster is closed; make a new one")
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError:
+            raise ConnectionError("the cluster has no worker; start one") from None
+        yield client
 
 
 # --- Merging many surfaces into one, tile by tile, in the order of the pairs ---
@@ -584,23 +521,39 @@ def merge(files: Sequence[Path], cell: float, folder: Path, how: str) -> Surface
     first = boxes[:, 0].min(0)
     boxes = boxes.cumsum(1) - first  # low, high
     columns, rows = boxes[:, 1].max(0).tolist()
-    combine = _mean if how == "mean" else _median
+    if shutil.disk_usage(folder).free < 5 * rows * columns:
+        raise OSError(errno.ENOSPC, DISK)
     names = [folder / "z.npy", folder / "measured.npy"]
-    with _new(names[0]) as z_file, _new(names[1]) as measured_file:
-        start = _npy_head(z_file, (rows, columns), "<f4")
-        _npy_head(measured_file, (rows, columns), "|b1")  # as long as the other
-        for row in range(0, rows, TILE):
-            for column in range(0, columns, TILE):
-                low = np.array([column, row])
-                high = np.minimum(low + TILE, (columns, rows))
-                parts = _parts(files, boxes, np.stack([low, high]))
-                z, measured = combine((high - low)[::-1], parts)
-                _put(z_file, start, columns, low, z.astype("<f4"))
-                _put(measured_file, start, columns, low, measured)
+    with (
+        _files.atomic(names[0], overwrite=True) as z_part,
+        _files.atomic(names[1], overwrite=True) as measured_part,
+    ):
+        _fill(z_part, measured_part, (rows, columns), files, boxes, how)
     large = rows * columns > _validate.MAX_NUMBERS
     z, measured = (np.load(name, mmap_mode="r" if large else None) for name in names)
     x, y = (first + 0.5) * cell
     return Surface(z, (float(x), float(-y)), cell, measured)
+
+
+def _fill(
+    z_part: Path,
+    measured_part: Path,
+    shape: tuple[int, int],
+    files: Sequence[Path],
+    boxes: np.ndarray,
+    how: str,
+) -> None:
+    """Merge tile by tile into two arrays on disk."""
+    z = np.lib.format.open_memmap(z_part, "w+", np.float32, shape)
+    measured = np.lib.format.open_memmap(measured_part, "w+", bool, shape)
+    combine = _mean if how == "mean" else _median
+    for row in range(0, shape[0], TILE):
+        for column in range(0, shape[1], TILE):
+            low = np.array([column, row])
+            high = np.minimum(low + TILE, shape[::-1])
+            parts = _parts(files, boxes, np.stack([low, high]))
+            at = _slices(low, high)
+            z[at], measured[at] = combine((high - low)[::-1], parts)
 
 
 Part = tuple[tuple[slice, slice], np.ndarray, np.ndarray]  # where, heights, weights
@@ -658,19 +611,3 @@ def _slices(low: np.ndarray, high: np.ndarray) -> tuple[slice, slice]:
 def _read(file: Path, *names: str) -> list[np.ndarray]:
     with np.load(file) as stored:
         return [stored[name] for name in names]
-
-
-def _npy_head(file: Any, shape: tuple[int, int], kind: str) -> int:
-    """Write the header of a NumPy array; returns where its values begin."""
-    head = {"descr": kind, "fortran_order": False, "shape": shape}
-    np.lib.format.write_array_header_1_0(file, head)
-    return file.tell()
-
-
-def _put(
-    file: Any, start: int, columns: int, low: np.ndarray, tile: np.ndarray
-) -> None:
-    """Write a tile of an array; not mapped, as a full disk would kill the process."""
-    for row, line in enumerate(tile, low[1]):
-        file.seek(int(start + (row * columns + low[0]) * tile.itemsize))
-        file.write(line.tobytes())

@@ -25,8 +25,6 @@ class Points:
         Correlation coefficient of the match.
     cells : ndarray (n, 2) of int
         (column, row) in the left normal image.
-    covariance : ndarray (n, 3, 3), optional
-        Of X, Y, Z, if requested.
     crs : str, optional
         Coordinate reference system, where the photos name one (`Photo.crs`).
     """
@@ -35,7 +33,6 @@ class Points:
     sd: np.ndarray = field(repr=False)
     r: np.ndarray = field(repr=False)
     cells: np.ndarray = field(repr=False)
-    covariance: np.ndarray | None = field(default=None, repr=False)
     crs: str | None = field(default=None, repr=False)
 
 
@@ -44,7 +41,6 @@ def intersect(
     match: DenseMatch,
     *,
     step: int = 1,
-    covariance: bool = False,
 ) -> Points:
     """Object points of all matched cells, or of every `step`-th row and column.
 
@@ -56,7 +52,7 @@ def intersect(
         sigma_Z = H^2 / (B c) sigma_p = (H / B) GSD sigma_px
 
     since a parallax of sigma_px pixels is sigma_px GSD c / H. The orientation is
-    treated as free of errors.
+    treated as free of errors. Errors of X, Y and Z are those along one ray.
 
     Parameters
     ----------
@@ -65,9 +61,6 @@ def intersect(
         Of this pair.
     step : int
         Use every n-th row and column.
-    covariance : bool
-        Whether to give the covariances, too: the errors of X, Y and Z are correlated,
-        since they run along the ray.
 
     Returns
     -------
@@ -99,7 +92,6 @@ def intersect(
     _validate.instance(pair, NormalPair, "pair")
     _validate.instance(match, DenseMatch, "match")
     step = _validate.whole(step, "step", 1)
-    covariance = _validate.flag(covariance, "covariance")
     if match.status.shape != pair.left.shape:
         raise ValueError(
             f"the match has {match.status.shape} cells (rows, columns) and the left"
@@ -119,7 +111,6 @@ def intersect(
         np.abs(moves),
         match.r[rows, columns],
         np.stack([columns, rows], -1),
-        moves[:, :, None] * moves[:, None] if covariance else None,
         pair.crs,
     )
 
@@ -200,7 +191,13 @@ def quality(
         _validate.refuse(np.isinf(values), name + "{} are infinite")
     asked = np.isfinite(truth)
     if where is not None:
-        asked = asked & _mask(where, truth.shape)
+        mask = np.asarray(where)
+        if mask.dtype != bool or mask.shape != truth.shape:
+            raise ValueError(
+                f"where must be True or False in shape {truth.shape}; got {mask.dtype}"
+                f" in shape {mask.shape}"
+            )
+        asked = asked & mask
     error = (heights - truth)[asked]
     known = error[np.isfinite(error)]
     if not known.size:
@@ -213,14 +210,3 @@ def quality(
         completeness=known.size / error.size,
         le95=float(np.quantile(np.abs(known), 0.95)),
     )
-
-
-def _mask(where: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
-    _validate.real(where, "where")
-    mask = np.asarray(where)
-    if mask.dtype != bool or mask.shape != shape:
-        raise ValueError(
-            f"where must be True or False in shape {shape}; got {mask.dtype} in shape"
-            f" {mask.shape}"
-        )
-    return mask

@@ -316,19 +316,6 @@ def _refuse_geometry(left: Photo, right: Photo) -> None:
 def _common_ground(
     photos: tuple[Photo, Photo], along: str, limits: np.ndarray
 ) -> np.ndarray:
-    """Object points (n, 3) around the ground that both photos show; refused if none."""
-    ground = _common_edge(photos, along, limits)
-    if len(ground):
-        return ground
-    raise ValueError(
-        "the photos have no ground in common: check the exterior orientations, the"
-        f" {along} {limits.tolist()} and, if the photos are parts, their corners"
-    )
-
-
-def _common_edge(
-    photos: tuple[Photo, Photo], along: str, limits: np.ndarray
-) -> np.ndarray:
     """Object points (n, 3): the part of each photo's edge that the other shows."""
     found = []
     for one, other in (photos, photos[::-1]):
@@ -343,7 +330,13 @@ def _common_edge(
         pixels = other.seen_at(points - other.exterior[:3])
         size = np.array(other.grey.shape[::-1])
         found.append(points[((pixels >= -0.5) & (pixels <= size - 0.5)).all(-1)])
-    return np.concatenate(found)
+    ground = np.concatenate(found)
+    if not len(ground):
+        raise ValueError(
+            "the photos have no ground in common: check the exterior orientations, the"
+            f" {along} {limits.tolist()} and, if the photos are parts, their corners"
+        )
+    return ground
 
 
 def _scale(

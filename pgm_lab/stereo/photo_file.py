@@ -68,15 +68,7 @@ class PhotoFile:
             raise ValueError("pixel_size is missing: a camera.json states it, in mm")
 
     def read(self) -> Photo:
-        """Read the photo, grey, as the camera was held (`matching.read`).
-
-        Raises
-        ------
-        FileNotFoundError, OSError
-            If the file cannot be read.
-        ValueError
-            If it is not a photo, or its angles are degrees.
-        """
+        """Read the photo, grey, as the camera was held (`matching.read`)."""
         if Path(self.path).suffix == ".npy":
             return replace(self._photo(self._array()), crs=self.crs)
         grey = matching.read(self.path, colour="grey")

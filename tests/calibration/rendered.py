@@ -17,11 +17,14 @@ def lens(rng):
     """A camera like that of a phone: some 60 degrees, K1 to K3."""
     c = rng.uniform(3.6, 4.8)
     x0, y0 = 0.1 * rng.normal(size=2)
-    r = np.linspace(0, 1.0, 50)  # of c: farther than the corner of the image
+    corner = 1.05 * (np.hypot(2.4, 1.8) + np.hypot(x0, y0)) / c  # and the blur's reach
+    r = np.linspace(0, 2, 100)
     fold = True
-    while fold:  # where the distortion turns back
+    while fold:  # where the distortion turns back before the corner of the image
         K = rng.uniform(-0.12, 0.05), rng.uniform(-0.05, 0.08), 0.02 * rng.normal()
-        fold = np.any(1 + 3 * K[0] * r**2 + 5 * K[1] * r**4 + 7 * K[2] * r**6 < 0.2)
+        slope = 1 + 3 * K[0] * r**2 + 5 * K[1] * r**4 + 7 * K[2] * r**6
+        reached = r + K[0] * r**3 + K[1] * r**5 + K[2] * r**7
+        fold = np.any(slope[np.maximum.accumulate(reached) < corner] < 0.2)
     K = (k / c**i for k, i in zip(K, (2, 4, 6)))
     P = 5e-4 * rng.normal(size=2) / c
     return Camera(c, x0, y0, *K, *P, lens="forward")

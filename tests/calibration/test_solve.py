@@ -155,7 +155,7 @@ def test_what_to_photograph_next_is_seen(found):
     heads[::2, 5] = np.pi - 0.01
     upside = replace(found, result=replace(found.result, exteriors=heads))
     assert quality.roll(upside) == pytest.approx(np.degrees(0.01))
-    tilts = quality.tilts(found)
+    tilts = np.degrees(solve.between_directions(found.result.exteriors))
     assert np.allclose(tilts, tilts.T) and 40 < tilts.max() < 95
     dc, sd = quality.zoom(found)
     assert 0.5 < np.sqrt(np.mean((dc / sd) ** 2)) < 1.7

@@ -116,23 +116,6 @@ def test_ideal_point_and_principal_distance_are_the_ray():
 
 
 @BOTH
-def test_one_camera_for_each_photo_is_the_same_as_photo_by_photo(lens):
-    points, exteriors = scene()
-    cameras = [Camera(*INTERIOR, lens=lens), Camera(50.0, 0.1, K1=1e-5, lens=lens)]
-    measured = np.random.default_rng(2).normal(size=(2, len(points), 2))
-    interior = np.array([camera.interior for camera in cameras])
-    together = cam.collinearity(
-        interior[:, None], exteriors[:, None], points, measured, lens=lens
-    )
-    for i in range(2):
-        alone = cam.collinearity(cameras[i], exteriors[i], points, measured[i])
-        for name in ("v", "depth", *cam.BLOCKS):
-            expected = getattr(alone, name)
-            found = getattr(together, name)[i]
-            np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-15)
-
-
-@BOTH
 @pytest.mark.parametrize("wrt", [(), ("point",), ("exterior",), ("interior", "point")])
 def test_only_the_derivatives_asked_for_are_there_and_they_are_the_same(lens, wrt):
     points, exteriors = scene()
@@ -247,18 +230,3 @@ def test_bad_input_to_the_collinearity_equations_is_named(change, message):
     }
     with pytest.raises(ValueError, match=message):
         cam.collinearity(**(good | change))
-
-
-def test_no_points_give_empty_results():
-    camera, nothing = Camera(*INTERIOR), np.empty((0, 3))
-    assert cam.project(camera, EXTERIOR, nothing).shape == (0, 2)
-    result = cam.collinearity(camera, EXTERIOR, nothing, np.empty((0, 2)))
-    assert result.interior.shape == (0, 2, 10) and result.point.shape == (0, 2, 3)
-
-
-def test_camera_cannot_be_changed_and_compares_by_value():
-    camera = Camera(35, K1=1e-4)
-    assert camera == Camera(35.0, K1=1e-4) and isinstance(camera.c, float)
-    with pytest.raises(AttributeError):
-        camera.c = 3.0
-    assert list(camera.interior[:4]) == [35.0, 0.0, 0.0, 1e-4]

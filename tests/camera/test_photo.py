@@ -96,16 +96,6 @@ def test_outline_goes_once_around_the_edge_of_the_part():
     assert area == pytest.approx(60 * 40)
 
 
-def test_grey_values_are_not_copied_and_the_exterior_is():
-    exterior = np.array(EXTERIOR)
-    photo = whole(grey=GREY, exterior=exterior)
-    assert photo.grey is GREY
-    exterior[:] = 0
-    assert photo.exterior[2] == 500
-    with pytest.raises(ValueError, match="read-only"):
-        photo.exterior[0] = 1
-
-
 @pytest.mark.parametrize(
     "change, words",
     [

@@ -143,8 +143,8 @@ def test_a_large_photo_is_reduced_and_its_corners_with_it(tmp_path):
         photos.read(tmp_path / "large.png")
 
 
-def oriented(turned):
-    """Run the lesson's cells up to the orientation; return error over sd."""
+def measured(turned):
+    """Run the lesson's cells up to the depths; return errors over sds, of both."""
     notebook = nbformat.read(FOLDER / "09_your_camera.ipynb", as_version=4)
     space = {"__name__": "__main__"}
     left_out = {"draw", "check", "claims", "task", "predict"}
@@ -158,19 +158,28 @@ def oriented(turned):
             if cell.cell_type == "code" and not skipped:
                 exec(compile(cell.source, "lesson 9", "exec"), space)
                 plt.close("all")
-            if "used.sum()" in cell.source:
+            if "depth_sd =" in cell.source:
                 break
-    return (space["exterior"] - photos.exterior(turned))[1:] / space["sd"]
+    Z, N, c = space["surface"][:, 2], space["N"], space["scene"].c
+    xy = np.insert(space["xy"], 2, -c, axis=1) @ N
+    at = frames.photo_to_pixel(-c * xy[:, :2] / xy[:, 2:], photos.SIZE, photos.PIXEL)
+    depths = (Z - (photos.truth(at, turned) @ N.T)[:, 2]) / space["depth_sd"]
+    orientation = (space["exterior"] - photos.exterior(turned))[1:] / space["sd"]
+    return orientation, depths[np.isfinite(depths)]
 
 
 @pytest.mark.slow
-def test_the_orientation_comes_out_within_three_standard_deviations():
+def test_errors_of_orientation_and_depths_are_as_large_as_predicted():
     """For photos turned in several ways, by the cells of the lesson."""
     chance = np.random.RandomState(1)
-    off = []
+    off, typical = [], []
     for _ in range(6):
         turn = chance.uniform(-1.5, 1.5, (2, 3)) * (0.8, 1, 1.6)
         turn += [(0, -1.8, 0), (0, -0.2, 0)]
-        off.append(oriented(tuple(map(tuple, turn))))
+        orientation, depths = measured(tuple(map(tuple, turn)))
+        off.append(orientation)
+        typical.append(np.median(np.abs(depths)) / 0.6745)
     assert np.abs(off).max() < 3
     assert 0.4 < np.sqrt(np.mean(np.square(off))) < 1.6
+    # Each pair has one error of its orientation, which all of its depths share
+    assert 0.8 < np.sqrt(np.mean(np.square(typical))) < 1.25

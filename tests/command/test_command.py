@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pgm_lab import __version__, bundle, command
+from pgm_lab import __version__, command
 from pgm_lab.command import COMMANDS, main
 from tests.command.calls import HOW, break_
 from tests.command.conftest import WORK, no_work
@@ -200,23 +200,6 @@ def test_a_file_is_replaced_only_by_force(request, outputs, capsys, name, option
     assert path.read_bytes() != b"mine" and os.listdir(outputs) == [file]
 
 
-@pytest.mark.usefixtures("quick")
-def test_a_file_that_another_wrote_meanwhile_stays(call, outputs, capsys, monkeypatch):
-    path = outputs / "r.txt"
-    (module, function), *_ = WORK[call.name]
-    original = getattr(module, function)
-
-    def meanwhile(*arguments, **options):
-        path.write_text("theirs")
-        return original(*arguments, **options)
-
-    meanwhile.__wrapped__ = original
-    monkeypatch.setattr(module, function, meanwhile)
-    message = call.ended(capsys, "--report", path)
-    assert "r.txt already exists, and is not overwritten" in message
-    assert path.read_text() == "theirs" and os.listdir(outputs) == ["r.txt"]
-
-
 @pytest.mark.parametrize("by", ["name", "symlink", "hard link", "dots"])
 def test_an_input_is_never_replaced(call, outputs, capsys, by):
     path = call.inputs[-1].rename(call.inputs[-1].with_suffix(".txt"))
@@ -273,56 +256,6 @@ def test_an_interruption_is_said_in_one_line(call, capsys, monkeypatch, name, wh
         assert signal.getsignal(number) is own
     finally:
         signal.signal(number, before)
-
-
-@POSIX
-def test_nohup_stays_in_force(adjust, quick, monkeypatch):
-    """SIGHUP is ignored there, and so it is while the command works."""
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    try:
-        seen = []
-        original = bundle.read
-        note = lambda *a, **k: seen.append(signal.getsignal(signal.SIGHUP))  # noqa: E731
-        monkeypatch.setattr(bundle, "read", lambda *a, **k: note() or original(*a, **k))
-        assert adjust.run() == 0 and seen == [signal.SIG_IGN]
-    finally:
-        signal.signal(signal.SIGHUP, before)
-
-
-@POSIX
-@pytest.mark.parametrize(
-    "name",
-    [
-        "SIGTERM",
-        *(pytest.param(s, marks=pytest.mark.slow) for s in ("SIGINT", "SIGHUP")),
-    ],
-)
-def test_who_ends_the_program_while_it_writes_leaves_nothing(adjust, outputs, name):
-    """The first report has its name already."""
-    code = f"""
-import os, signal, sys
-from pgm_lab import report
-from pgm_lab.io import files as _files
-from pgm_lab.command import main
-report.html = lambda *_, **__: "page"
-replace, calls = _files.Path.replace, []
-def killed(self, target):
-    calls.append(target)
-    if len(calls) == 2:
-        os.kill(os.getpid(), signal.{name})
-    return replace(self, target)
-_files.Path.replace = killed
-signal.signal(signal.SIGHUP, signal.SIG_DFL)
-sys.exit(main(sys.argv[1:]))
-"""
-    words = ["adjust", *adjust.inputs, "--estimate", "c"]
-    for file in ("a.html", "b.html"):
-        words += ["--report", outputs / file]
-    call = [sys.executable, "-c", code, *map(str, words)]
-    done = subprocess.run(call, capture_output=True, env=ONE_THREAD, timeout=120)
-    assert done.returncode == 1 and done.stdout == b""
-    assert done.stderr.strip() == b"pgm_lab adjust: interrupted"
-    assert os.listdir(outputs) == []
 
 
 @POSIX

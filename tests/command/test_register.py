@@ -220,22 +220,6 @@ def test_a_pixel_size_that_the_file_states_is_not_given_again(on_map, capsys):
     assert "its pixels have 6 x 6 m: leave out --pixel-size" in message
 
 
-@pytest.mark.parametrize("how", ["OSError", "ValueError"])
-def test_an_image_that_cannot_be_written_is_called_by_its_own_name(
-    register, quick, outputs, capsys, monkeypatch, how
-):
-    """It is written to a temporary folder first, whose name says nothing."""
-    pytest.importorskip("rasterio")
-    kind = {"OSError": OSError, "ValueError": ValueError}[how]
-
-    def fails(path, _):
-        raise kind(f"{path}: no room is left")
-
-    monkeypatch.setattr(registration, "write", fails)
-    message = register.ended(capsys, "--resampled", outputs / "new.tif")
-    assert f"register: {outputs / 'new.tif'}: no room is left" in message
-
-
 def test_without_rasterio_no_image_is_promised(register, outputs, capsys, monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     message = register.refused(capsys, "--resampled", outputs / "new.tif")

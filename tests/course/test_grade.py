@@ -93,6 +93,21 @@ def test_who_calls_the_books_own_gets_nothing_and_hears_it(place, class_of):
     assert points(of_program(text), place, "line") == (10, "")  # as a help in another
 
 
+def test_who_lets_a_near_function_do_the_work_is_named_and_keeps_the_points(place):
+    text = "import pgm_lab.ncc\nfrom pgm_lab.ncc import correlation as r\n"
+    text += "import numpy as np\n"
+    text += "def of_two(a, b): return r(a, b)\ndef correlation_map(template, search):\n"
+    text += (
+        "    windows = np.lib.stride_tricks.sliding_window_view(search, template.shape)"
+    )
+    text += "\n    return [[of_two(template, w) for w in line] for line in windows]"
+    mark = grade.marked(
+        EXERCISES["2", "correlation_map"], of_program(text), place, "word", trusted=True
+    )
+    said = "calls pgm_lab.ncc.correlation, which may do much of the work"
+    assert mark.points == 10 and said in mark.said and mark.remarks == (said,)
+
+
 def test_a_table_of_the_notebooks_inputs_earns_nothing(place):
     seen = []
 
@@ -177,6 +192,34 @@ def test_a_task_is_judged_with_other_data_by_what_it_hands_in(place, class_of):
 # --- A class ---
 
 
+def killed_at_some(job):
+    """Grade as ever, but die: at Eva always, at Bob once, at Jo by an error."""
+    submission, _, place, *_ = job
+    died = place / submission.student
+    if submission.student == "Jo":
+        raise MemoryError("none left")
+    if submission.student == "Eva" or submission.student == "Bob" and not died.exists():
+        died.touch()
+        os.kill(os.getpid(), 9)
+    return grade._student(job)
+
+
+@pytest.mark.slow
+def test_who_kills_the_grading_process_takes_no_points_from_others(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr(grade, "_student", killed_at_some)
+    right = [of_program(classroom.UNUSUAL, who) for who in "Ada Bob Eva Jo Zoe".split()]
+    asked = [EXERCISES["2", "line"]]
+    marks = grade.graded(right, asked, "word", trusted=True, workers=2)
+    got = {who: mine[0].points for who, mine in marks.items()}
+    assert got == {"Ada": 10, "Bob": 10, "Eva": 0, "Jo": 0, "Zoe": 10}
+    feedback.write(tmp_path, right, asked, marks, [], trusted=True)
+    pages = [told(tmp_path / "feedback" / f"{who}.html") for who in ("Eva", "Jo")]
+    for page in [told(tmp_path / "class.html"), *pages]:
+        assert "it could not be graded, because" in page
+
+
 def told(path):
     """Return the text of a page."""
     text = re.sub(
@@ -195,7 +238,7 @@ def test_a_class_of_twelve(tmp_path, monkeypatch):
     key.write_text("the key")
     before = set(tmp_path.rglob("*"))
     to = tmp_path / "grades"
-    asked = ["2", "2c", "--secret", "word", "--to", str(to)]
+    asked = ["2", "2c", "--secret", "nobody guesses it", "--to", str(to)]
     assert grade.main([str(folder), *asked]) == 0
     after = {path for path in tmp_path.rglob("*") if to not in [path, *path.parents]}
     assert after == before
@@ -217,6 +260,8 @@ def test_a_class_of_twelve(tmp_path, monkeypatch):
         "Joko": 0,
         "Kartika": 50,
     }
+    (ani,) = [row for row in rows if row["Identifier"]]
+    assert [ani[name] for name in feedback.WORKSHEET] == ["Participant 101", "70", ""]
     page = told(to / "class.html")
     for remark in (
         "2 correlation_map, 2 peak_of_parabola: calls the book's own function",
@@ -306,6 +351,7 @@ def test_a_command_that_cannot_be_followed_is_answered(tmp_path, capsys):
         ([str(tmp_path / "missing")], "no such folder"),
         ([str(tmp_path), "--trusted", "2", "12"], "12 is not in the rubric"),
         ([str(tmp_path), "--rubric", str(tmp_path / "none.csv")], "none.csv"),
+        ([str(tmp_path), "--secret", "too short"], "12 characters or more"),
     ):
         assert grade.main([*asked, "--trusted"]) == 1
         assert said in capsys.readouterr().err

@@ -157,6 +157,42 @@ def test_the_files_of_a_student_have_a_limit_in_all(tmp_path, monkeypatch):
     assert one.remarks == ("c.ipynb: too much in all, not read",)
 
 
+@pytest.mark.parametrize("nested", [False, True])
+def test_a_zip_with_too_much_in_it_is_not_unpacked(tmp_path, monkeypatch, nested):
+    large = b" " * intake.LARGEST  # 20 kB in the zip
+    many = {f"{k}.ipynb": large for k in range(6)}
+    few = {"a.ipynb": BOOK} | {f"{k}.pdf": b"" for k in range(intake.MOST)}
+    opened = []
+    read = zipfile.ZipFile.read
+    monkeypatch.setattr(
+        zipfile.ZipFile, "read", lambda *a, **k: opened.append(a[1]) or read(*a, **k)
+    )
+    monkeypatch.setattr(intake, "MEMBERS", 200)
+    for who, content in {
+        "eva": many,
+        "ida": {f"{k}.ipynb": BOOK for k in range(intake.MOST + 1)},
+        "ada": few,
+        "tom": {f"{k}.pdf": b"" for k in range(intake.MEMBERS + 1)},
+    }.items():
+        folder = tmp_path / "class" / who
+        folder.mkdir(parents=True)
+        with zipfile.ZipFile(folder / "all.zip", "w", zipfile.ZIP_DEFLATED) as whole:
+            for name, text in content.items():
+                whole.writestr(name, text)
+    place = tmp_path / "class"
+    if nested:
+        place = tmp_path / "class.zip"
+        place.write_bytes(classroom.zipped(tmp_path / "class"))
+    ada, *others = intake.read(place)
+    assert len(ada.notebooks) == 1 and ada.remarks == ()
+    for one in others:
+        assert one.notebooks == () and len(one.remarks) == 2  # and: nothing was read
+        assert "all.zip: more than 100 files, or 100 MB, in it" in one.remarks[0]
+    assert {name.filename for name in opened if not name.filename.endswith("zip")} == {
+        "a.ipynb"
+    }
+
+
 def test_many_empty_lines_are_read_at_once():
     cell = "\n" * 100_000 + "f("
     assert intake.python_of(cell) == cell
@@ -194,6 +230,23 @@ def test_only_the_cells_that_a_name_needs():
     assert intake.needed(cells, {"f"}) == [cells[k] for k in (0, 2, 3, 4)]
     assert intake.needed(cells, set(), True) == [cells[k] for k in (0, 2, 3, 4, 7)]
     assert intake.needed(cells, {"missing"}) == []
+
+
+def test_a_cell_that_gives_a_name_another_value_later_is_not_run():
+    cells = (
+        "n, table = 1, []",
+        "n += 1",
+        "if n: n = 3",
+        "for k in range(9): table.append(k)",
+        "table[0] = n",
+        "heavy = [n for n in range(10**9)]\nk = 5",
+        "def f(x): return table[x + n]",
+        "n = table = 0\nprint(f(1))",
+        "k = 7\nfor k in range(k): print(k)",
+    )
+    assert intake.needed(cells, {"f"}) == [cells[k] for k in (0, 1, 2, 3, 4, 6)]
+    assert intake.needed(cells, {"k"}) == [cells[8]]
+    assert intake.needed((*cells, cells[6]), {"f"})[-2:] == [cells[7], cells[6]]
 
 
 def test_a_notebook_is_known_by_its_cells_or_its_name():

@@ -9,7 +9,7 @@ import pytest
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
 from pgm_book.common.predict import BOOK, choices_of
-from pgm_book.course import questions
+from pgm_book.course import exam, questions
 from pgm_book.course.numbers import VARIANTS, number_questions
 from pgm_book.make.environment import ROOT
 from pgm_lab import datasets
@@ -34,6 +34,18 @@ def test_every_prediction_is_asked_once_or_left_out_by_name():
     assert set(numbers) | set(left_out) == predictions()
     assert not set(numbers) & set(left_out)
     assert set(left_out) == {"4c.1", "5c.3"} and all(left_out.values())
+
+
+def test_no_two_questions_of_a_paper_rest_on_one_fact(monkeypatch):
+    numbers = {exam.name_of(one) for one in [*ALL, *number_questions()]}
+    assert set().union(*exam.FACTS) <= numbers
+    monkeypatch.setattr(exam, "choice_questions", lambda _: ASKED)
+    monkeypatch.setattr(exam, "variants", lambda one: [one])
+    for seed in range(1, 41):
+        paper = exam.choose(str(seed), [], ROOT / "notebooks")
+        asked = {exam.name_of(one) for one in [*paper.choices, *paper.numbers]}
+        assert len(asked) == 30
+        assert all(len(fact & asked) < 2 for fact in exam.FACTS)
 
 
 def test_readme_counts_them():

@@ -39,7 +39,8 @@ def test_an_exercise_is_worth_ten_points_and_a_task_twenty():
 
 def test_each_exercise_and_each_task_has_its_rows():
     found = {(one.lesson, one.name) for one in grade.exercises()}
-    asked = {(n, name) for n in grade.notebooks() for name, *_ in grade._asked(n)}
+    books = grade.notebooks().items()
+    asked = {(n, one.name) for n, book in books for one in grade.asked_in(book)}
     assert (
         set(POINTS) == found == asked - {("0", "point")}
     )  # it shows how a check works

@@ -239,16 +239,3 @@ def test_uv_and_pip_are_run_with_hashes_and_without_foreign_settings(
         assert "--require-hashes" in environment.arguments_for(name)
     assert environment.environment(EXTRA="1")["EXTRA"] == "1"
     assert run["env"]["PYTHONUTF8"] == "1"  # a check's tick can be printed everywhere
-
-
-def test_pip_installs_into_the_environment_whatever_its_settings(tmp_path, monkeypatch):
-    """With ``user = true`` pip would refuse, or install for the user."""
-    (tmp_path / "pip.conf").write_text("[global]\nuser = true\nno-index = true\n")
-    monkeypatch.setenv("PIP_CONFIG_FILE", str(tmp_path / "pip.conf"))
-
-    def dry(command, cwd=None, quiet=False):
-        command = [*map(str, command), "--dry-run"]
-        subprocess.run(command, env=environment.environment(), check=True)
-
-    monkeypatch.setattr(environment, "call", dry)
-    environment.pip(environment.Path(sys.executable), ["pip"])

@@ -47,19 +47,9 @@ def test_each_prediction_has_one_right_choice_and_a_sentence_on_each():
         assert [row["right"] for row in rows].count("yes") == 1, number
 
 
-def test_no_program_lies_beside_the_notebooks():
-    """There the checks would read and write it, see pgm_book/common/own_program.py."""
-    assert not (FOLDER / "my_pgm.py").exists()
-
-
 def template(kind="lesson"):
     text = (TEMPLATES / f"{kind}.ipynb").read_text(encoding="utf-8")
     return nbformat.reads(filled(text, WORDS), as_version=4)
-
-
-@pytest.mark.parametrize("kind", form.LIMITS)
-def test_the_templates_have_no_problem(kind):
-    assert form.problems(template(kind), kind) == []
 
 
 def test_counted_is_what_a_student_gets():

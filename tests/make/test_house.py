@@ -137,28 +137,3 @@ def test_the_map_shows_lessons_in_a_row_and_imports_downwards(tmp_path, written)
         assert heights[0] < heights[-1]
     names = [(one.text, float(one.get("x"))) for one in svg.iter(f"{tag}text")]
     assert {"ground", "upper", "stairs", "ch01", "900 lines"} <= {n for n, _ in names}
-
-
-@pytest.mark.parametrize(
-    "package",
-    [
-        "pgm_lab",
-        pytest.param(
-            "pgm_book",
-            marks=pytest.mark.xfail(
-                strict=False, reason="checks of lessons still use pgm_lab._validate"
-            ),
-        ),
-    ],
-)
-def test_a_module_with_an_underscore_is_imported_in_its_own_folder_only(
-    imports, package
-):
-    strangers = [
-        f"{one.file}:{one.line} imports {one.imported}"
-        for one in imports
-        if one.importer.startswith(package)
-        and re.match(r"pgm_\w+\..*\._|pgm_\w+\._", one.imported)
-        and not one.importer.startswith(re.split(r"\._", one.imported)[0])
-    ]
-    assert strangers == []

@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import threading
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -47,17 +46,6 @@ def test_what_is_left_is_named_and_put_back(leave, named):
     assert put_back(before) == []
 
 
-def test_a_thread_that_goes_on_is_named(monkeypatch):
-    monkeypatch.setattr(left_behind, "SECONDS", 0.0)
-    before, end = Looked(), threading.Event()
-    thread = threading.Thread(target=end.wait, name="behind")
-    thread.start()
-    assert put_back(before) == ["threads: ['behind']"]
-    end.set()
-    thread.join()
-    assert put_back(before) == []
-
-
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs Linux's /proc")
 def test_a_process_and_a_file_that_stay_open_are_named(monkeypatch, tmp_path):
     monkeypatch.setattr(left_behind, "SECONDS", 0.0)
@@ -70,14 +58,6 @@ def test_a_process_and_a_file_that_stay_open_are_named(monkeypatch, tmp_path):
         assert pipe.startswith("open files: ['pipe:")
         process.communicate(b"\n")
     assert put_back(before) == []
-
-
-def test_a_file_in_the_project_is_named(monkeypatch, tmp_path):
-    monkeypatch.setattr(left_behind, "FOLDERS", [tmp_path])
-    before = Looked()
-    (tmp_path / "behind").touch()
-    (left,) = put_back(before)
-    assert left.endswith(f"in the project: {[str(tmp_path / 'behind')]}")
 
 
 def test_each_test_and_its_file_are_watched(request):

@@ -14,7 +14,6 @@ ROW = {
     "breaks": "the half",
     "tests": "tests/test_half.py",
 }
-KILLER = "tests/test_half.py::test_half"
 
 
 @pytest.fixture
@@ -39,19 +38,9 @@ def project(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_the_killed_are_told_from_the_survivors(project):
-    """A drawn fault is looked for in its folder first, and then in others."""
-    drawn = {"file": ROW["file"], "before": "return x / 2", "after": "return x * 3"}
-    drawn |= {"occurrence": "1", "kind": "arithmetic", "tests": "tests/test_other.py"}
-    rows = [
-        ROW,
-        ROW | {"number": "2", "new": "x - 2"},
-        drawn | {"number": "3", "others": "tests/test_half.py"},
-        drawn | {"number": "4", "others": ""},
-    ]
-    survived = ("survived", "")
-    killed = ("killed", KILLER)
+    rows = [ROW, ROW | {"number": "2", "new": "x - 2"}]
     found = mutations.tried(rows, project, 120, trust=True)
-    assert found == {"1": killed, "2": survived, "3": killed, "4": survived}
+    assert found == {"1": "killed", "2": "survived"}
     assert (project / "pgm_lab" / "half.py").read_text().endswith("return x / 2\n")
 
 
@@ -59,14 +48,7 @@ def test_the_killed_are_told_from_the_survivors(project):
 def test_a_mutation_that_never_ends_is_killed_by_the_time_limit(project):
     endless = ROW | {"old": "    return", "new": "    while True: x / 2\n    return"}
     found = mutations.tried([endless], project, 5, trust=True)
-    assert found == {"1": (mutations.SLOW, "")}
-
-
-@pytest.mark.slow
-def test_tests_that_fail_anyhow_prove_nothing(project):
-    (project / "pgm_lab" / "half.py").write_text("def half(x):\n    return x / 2 + 1\n")
-    with pytest.raises(ValueError, match="fail without any fault"):
-        mutations.tried([ROW], project, 20)
+    assert found == {"1": mutations.SLOW}
 
 
 def test_an_outdated_list_fails_before_anything_is_run(project):
@@ -74,37 +56,18 @@ def test_an_outdated_list_fails_before_anything_is_run(project):
         mutations.tried([ROW | {"old": "x / 5"}], project, 20)
 
 
-def test_a_drawn_fault_finds_its_line_after_the_module_has_moved(project):
-    row = {"number": "1", "file": ROW["file"], "line": "4", "occurrence": "2"}
-    row |= {"before": "y = x + 1", "after": "y = x - 1"}
-    moved = "import a\n\nif a:\n    y = x + 1\nelse:\n    y = x + 1\n"
-    (project / ROW["file"]).write_text(moved)
-    assert mutations.mutated(row, project) == moved[:-4] + "- 1\n"
-    with pytest.raises(ValueError, match="occurs 2 times in"):
-        mutations.mutated(row | {"occurrence": "3"}, project)
-
-
 def test_verdicts_are_written_into_their_column(tmp_path):
     path = tmp_path / "list.csv"
-    path.write_text("number,before,killer\n1,,\n2,survived,\n", encoding="utf-8")
-    mutations.record("before", {"1": ("killed", "test_half")}, path)
-    assert path.read_text() == "number,before,killer\n1,killed,test_half\n2,survived,\n"
+    path.write_text("number,before\n1,\n2,survived\n", encoding="utf-8")
+    mutations.record("before", {"1": "killed"}, path)
+    assert path.read_text() == "number,before\n1,killed\n2,survived\n"
 
 
-def test_the_lists_name_tests_that_exist_and_say_why_a_fault_lives():
+def test_the_list_names_lines_and_tests_that_exist():
     rows = mutations.listed()
     numbers = [int(row["number"]) for row in rows]
     assert numbers == sorted(set(numbers))  # what is gone leaves its number
     for row in rows:
         assert row["breaks"] and "\n" not in row["old"]
         assert all((mutations.ROOT / name).exists() for name in row["tests"].split())
-    for row in mutations.listed(mutations.DRAWN):
-        caught = row["verdict"].startswith("killed")
-        assert caught or row["verdict"] in ("equivalent", "alive")
-        assert caught or row["reason"], f"fault {row['number']}: say why it lives"
-
-
-def test_the_killer_is_one_test_though_its_name_holds_spaces():
-    row = {"killer": "a.py::test[no folder]", "tests": "a.py b.py", "others": ""}
-    assert mutations.stages(row) == [["a.py::test[no folder]"], ["a.py", "b.py"]]
-    assert mutations.stages(row | {"killer": ""}) == [["a.py", "b.py"]]
+        mutations.mutated(row)

@@ -1,10 +1,7 @@
 """tasks.py, the Makefile and what each task runs."""
 
 import ast
-import json
-import os
 import re
-import shutil
 import subprocess
 import sys
 
@@ -120,21 +117,6 @@ def test_one_lesson_or_room_is_tested_alone(tried, word, among):
     assert all(path.exists() for path in paths)
 
 
-@pytest.mark.parametrize("inside", [True, False])
-def test_root_opens_the_lab_in_a_container_only(monkeypatch, tmp_path, inside):
-    ran = []
-    python = environment.python_of(tmp_path / ".venv")
-    monkeypatch.setattr(commands, "ROOT", tmp_path)
-    monkeypatch.setattr(commands, "ensure", lambda *sets: python)
-    monkeypatch.setattr(commands, "run", lambda command, **_: ran.append(command) or 0)
-    monkeypatch.setattr(commands.Path, "exists", lambda path: False)
-    monkeypatch.delenv("container", raising=False)
-    if inside:
-        monkeypatch.setenv("container", "podman")
-    assert commands.lab() == 0
-    assert ("--allow-root" in ran[-1]) == inside
-
-
 def test_the_actions_of_the_workflows_are_pinned_by_commit():
     """A tag can be moved to another commit, a commit cannot be changed."""
     files = (ROOT / ".github/workflows").glob("*.yml")
@@ -142,21 +124,6 @@ def test_the_actions_of_the_workflows_are_pinned_by_commit():
     used = re.findall(r"uses: (.*)", text)
     pinned = re.compile(r"[\w-]+/[\w-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+")
     assert used and [line for line in used if not pinned.fullmatch(line)] == []
-
-
-@pytest.mark.skipif(os.name == "nt", reason=".ci/run is a script for bash")
-@pytest.mark.parametrize(("code", "found"), [(0, True), (1, False), (None, False)])
-def test_only_a_browser_that_starts_counts(tmp_path, code, found):
-    """Ubuntu's chromium asks for a snap and ends with an error."""
-    script = (ROOT / ".ci/run").read_text(encoding="utf-8")
-    function = re.search(r"^has_browser\(\) \{.*?^\}", script, re.S | re.M)[0]
-    if code is not None:
-        stub = tmp_path / "chromium-browser"
-        stub.write_text(f"#!/bin/sh\nexit {code}\n")
-        stub.chmod(0o755)
-    command = [shutil.which("bash"), "-c", function + "\nhas_browser"]
-    done = subprocess.run(command, env={"PATH": str(tmp_path)})
-    assert (done.returncode == 0) == found
 
 
 def test_an_unknown_task_is_answered_with_the_list(capsys):
@@ -170,10 +137,3 @@ def test_makefile_and_tasks_have_the_same_names():
     text = (ROOT / "Makefile").read_text(encoding="utf-8").replace("\\\n", " ")
     names = re.search(r"^TASKS = (.*)$", text, re.MULTILINE)[1].split()
     assert names == list(commands.TASKS)
-
-
-def test_the_environment_variables_of_a_run_are_text(tmp_path):
-    settings = commands.settings(environment.python_of(tmp_path / ".venv"))
-    assert settings["OMP_NUM_THREADS"] == "1"
-    assert os.path.isdir(settings["IPYTHONDIR"])
-    assert json.dumps(settings)

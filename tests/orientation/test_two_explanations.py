@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from pgm_book.program import orientation as program_orientation
 from pgm_lab import datasets, orientation, rotation
 from pgm_lab.camera import Camera, collinearity, project
 
@@ -50,24 +49,3 @@ def test_the_two_objects_differ_by_more_than_their_errors():
         again = orientation.absolute(again.points, relative.points)
         chance.append(np.sqrt(np.mean(again.residuals**2)))
     assert 0.0002 < np.mean(chance) < 0.0004 and np.mean(chance > off) < 0.1
-
-
-def test_the_unit_of_the_angles_shows_in_the_rays_and_in_no_matrix():
-    """Lesson 5: in degrees the rays of 2010 miss each other, in radians they meet."""
-    exteriors = datasets.bani2010_intersection()["exterior"]
-    vectors = np.insert(datasets.bani2010().photo, 2, -18.5558, axis=2)
-    missed = {}
-    for unit, factor in (("degrees", np.pi / 180), ("radians", 1.0)):
-        pair = exteriors * [1, 1, 1, factor, factor, factor]
-        M = rotation.matrix(*pair[:, 3:].T)
-        assert np.allclose(M @ np.swapaxes(M, 1, 2), np.eye(3))
-        rays = np.swapaxes(vectors @ M, 0, 1)
-        points = np.array(
-            [program_orientation.intersection(pair[:, :3], two) for two in rays]
-        )
-        way = points[:, None] - pair[:, :3]
-        across = np.cross(way, rays) / np.linalg.norm(rays, axis=2)[..., None]
-        ahead = np.sum(way * rays, axis=2) > 0
-        missed[unit] = np.linalg.norm(across, axis=2).max(), ahead.all(axis=1).sum()
-    assert missed["degrees"][0] > 1.6 and missed["degrees"][1] == 7
-    assert missed["radians"][0] < 0.01 and missed["radians"][1] == 10

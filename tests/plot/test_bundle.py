@@ -57,7 +57,7 @@ def head(ax):
 
 def test_figures_of_a_real_adjustment():
     nine_photos = bundle.adjust(real())
-    _, below = plot.bundle.lens_curve(nine_photos, decentring=True).axes
+    _, below = plot.bundle.lens_curve(nine_photos).axes
     r, half = below.lines[0].get_data()
     assert np.all(np.diff(half[r > 2]) > 0)
     # K1 alone, as if it were not correlated, would say three times as much
@@ -84,24 +84,6 @@ def test_lens_curve_draws_profile_and_band_in_micrometres():
     assert above.get_ylabel() == "correction (µm)"
     assert below.get_xlabel() == "distance from the principal point (mm)"
     assert "95 %" in head(above)
-
-
-def test_lens_curve_shades_where_points_of_the_camera_were_measured():
-    adjusted = result((LENS, Camera(30.0, 0.5, 0.5)))
-    own = adjusted.network.photo == 1  # the only photo of camera 2
-    r = np.hypot(*(adjusted.network.xy[own] - 0.5).T)
-    above, _ = plot.bundle.lens_curve(adjusted, camera=1).axes
-    x, _ = above.patches[0].get_bbox().get_points().T
-    np.testing.assert_allclose(x, (r.min(), r.max()))
-    assert above.get_xlim()[1] == pytest.approx(1.1 * r.max())
-
-
-def test_lens_curve_of_a_forward_lens_shows_its_distortion():
-    lens = Camera(30.0, K1=1e-5, lens="forward")
-    above, _ = plot.bundle.lens_curve(result((lens,)), decentring=True).axes
-    assert above.get_ylabel() == "distortion (µm)"
-    names = [text.get_text() for text in above.get_legend().get_texts()]
-    assert names == ["radial", "decentring"]
 
 
 def arrows(ax):
@@ -131,47 +113,6 @@ def test_residuals_stand_at_their_points_enlarged_and_outliers_are_named():
     assert "enlarged 5,000 times" in fig.get_suptitle()
     rms = 1e3 * np.sqrt(np.mean(adjusted.residuals[here] ** 2))
     assert head(ax) == f"photo 2: {rms:.2f} µm"
-
-
-def test_frame_holds_the_longest_residual_and_a_bar_of_the_length_it_states():
-    adjusted = result()
-    adjusted.residuals[5] = (0.004, -0.004)
-    fig = plot.bundle.residual_vectors(adjusted, magnify=3000)
-    tips = adjusted.network.xy + 3000 * adjusted.residuals
-    for ax in fig.axes[:3]:  # the fourth is empty
-        assert ax.get_xlim()[0] < tips[:, 0].min() < tips[:, 0].max() < ax.get_xlim()[1]
-        assert ax.get_ylim()[0] < tips[:, 1].min() < tips[:, 1].max() < ax.get_ylim()[1]
-        (bar,) = [line for line in ax.lines if line.get_marker() == "|"]
-        assert ax.get_ylim()[0] < bar.get_ydata()[0] < tips[:, 1].min()
-        stated = ax.texts[-1].get_text().removesuffix(" µm")
-        assert 3000 * 1e-3 * float(stated) == pytest.approx(np.ptp(bar.get_xdata()))
-
-
-def test_residuals_have_one_scale_a_photo_an_axes_and_given_names():
-    adjusted = result(photos=5)
-    adjusted.network.photo_names = tuple("abcde")
-    fig = plot.bundle.residual_vectors(adjusted, photo=[3, 1])
-    titles = [head(ax) for ax in fig.axes]
-    assert [title.split(":")[0] for title in titles] == ["photo d", "photo b"]
-    assert fig.axes[0].get_xlim() == fig.axes[1].get_xlim()
-    assert len(plot.bundle.residual_vectors(adjusted, photo=2).axes) == 1
-
-
-def test_of_many_photos_those_with_the_largest_residuals_are_shown():
-    adjusted = result(photos=20, per_photo=4)
-    adjusted.residuals[:] = 1e-4
-    adjusted.residuals[adjusted.network.photo > 3] = 2e-4
-    fig = plot.bundle.residual_vectors(adjusted)
-    assert len(fig.axes) == 16
-    assert head(fig.axes[0]) == "photo 5: 0.20 µm"
-    assert "the 16 of 20 photos with the largest" in fig.get_suptitle()
-
-
-def test_photo_without_observations_cannot_be_drawn():
-    adjusted = result()
-    adjusted.network.photo[adjusted.network.photo == 1] = 0
-    with pytest.raises(ValueError, match=r"photo\[0\] has no observations"):
-        plot.bundle.residual_vectors(adjusted, photo=1)
 
 
 def test_red_residuals_are_beyond_the_limit_of_their_own_test():

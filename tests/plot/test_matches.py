@@ -3,11 +3,9 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from matplotlib.patches import ConnectionPatch
 from matplotlib.quiver import Quiver
 
 from pgm_lab import plot
-from pgm_lab.matching import STATUSES
 from tests.matching import photos
 
 MIXED = ["accepted"] * 30 + ["ambiguous"] * 4 + ["below threshold"] * 6
@@ -37,53 +35,6 @@ def test_each_status_has_its_mark_and_each_match_two(grey):
     np.testing.assert_array_equal(marks.get_xydata(), found.points[:30])
 
 
-def test_rare_statuses_share_the_last_mark(grey):
-    status = ["accepted", *STATUSES, *STATUSES][:28]
-    found = photos.result(28, status)
-    left, _ = plot.matches.side_by_side(*grey, found).axes
-    names = [line.get_label() for line in left.lines]
-    assert len(names) == 7 and names[-1].startswith("other reasons: ")
-    assert sum(int(name.rpartition(": ")[2]) for name in names) == 28
-
-
-@pytest.mark.parametrize("lines", [0, 5, 12])
-def test_lines_join_a_few_matches_far_apart(grey, lines):
-    found = photos.result(status=MIXED)
-    fig = plot.matches.side_by_side(*grey, found, lines=lines)
-    drawn = [one for one in fig.artists if isinstance(one, ConnectionPatch)]
-    ends = {(tuple(one.xy1), tuple(one.xy2)) for one in drawn}
-    assert len(ends) == lines
-    matches = set(zip(map(tuple, found.chosen), map(tuple, found.points)))
-    assert ends <= matches
-    if lines == 5:
-        starts = np.array([start for start, _ in ends])
-        assert np.all(np.ptp(starts, axis=0) >= 0.7 * np.ptp(found.chosen, axis=0))
-
-
-def test_a_large_photo_is_drawn_coarser_in_its_own_pixels():
-    big = np.add.outer(np.arange(2600.0), np.arange(3700.0))
-    found = photos.result(4, size=(3700, 2600))
-    ax, _ = plot.matches.side_by_side(big, big, found).axes
-    (shown,) = ax.images
-    assert max(shown.get_array().shape) <= 1200
-    x, y = 1850, 1300
-    left, right, bottom, top = shown.get_extent()
-    rows, columns = shown.get_array().shape
-    i, j = (
-        int((y - top) / (bottom - top) * rows),
-        int((x - left) / (right - left) * columns),
-    )
-    assert shown.get_array()[i, j] == pytest.approx(x + y, abs=8)
-
-
-def test_what_has_no_data_is_blank(grey):
-    left = np.ma.array(grey[0], mask=np.zeros(grey[0].shape, bool))
-    left[:50] = np.ma.masked
-    ax, _ = plot.matches.side_by_side(left, grey[1], photos.result()).axes
-    mask = np.ma.getmaskarray(ax.images[0].get_array())
-    assert mask[:50].all() and not mask[50:].any()
-
-
 def test_another_photo_than_the_matched_one_is_refused(grey):
     with pytest.raises(
         ValueError, match="left has 240 x 190 pixels, and the photo that"
@@ -101,11 +52,6 @@ def test_affine_residuals_are_what_no_affine_transformation_explains():
     good = np.delete(np.arange(40), [3, 20, 33])
     assert np.abs(v[good]).max() < 0.01
     np.testing.assert_allclose(v[[3, 20, 33]], np.tile((25.0, -12), (3, 1)), atol=0.01)
-
-
-@pytest.mark.parametrize("n", [1, 2, 3])
-def test_few_points_leave_no_residual(n):
-    assert np.abs(plot.matches.affine_residuals(photos.result(n))).max() < 1e-9
 
 
 def test_arrows_are_long_as_they_say_and_far_ones_red(grey):

@@ -39,14 +39,6 @@ def test_two_colours_are_grey_where_images_agree():
     assert np.ptp(part[..., 0] - part[..., 1]) > 0.1
 
 
-def test_green_is_the_brighter_reference_and_magenta_the_brighter_other():
-    grey = np.tile(np.linspace(0, 1, 20), (20, 1))
-    (ax,) = plot.registration.fringes(grey, {"other": grey[:, ::-1]}).axes
-    colours = ax.images[0].get_array()
-    np.testing.assert_array_equal(colours[5, -1], (0, 1, 0))
-    np.testing.assert_array_equal(colours[5, 0], (1, 0, 1))
-
-
 def test_arrows_are_the_shifts_and_marks_the_lost_points(pair):
     found = images.result(status=MIXED)
     fig = plot.registration.shifts(pair[0], found)
@@ -87,12 +79,3 @@ def test_the_line_of_the_prediction_has_nine_tenths_below():
     below = dots.get_ydata() <= slope * dots.get_xdata()
     assert below.mean() == pytest.approx(0.9, abs=0.02)
     np.testing.assert_array_equal(by_r.lines[0].get_xdata(), found.r)
-
-
-@pytest.mark.parametrize("wrong", [np.zeros((3, 2)), np.full((40, 2), np.nan)])
-def test_vectors_of_other_points_are_refused(pair, wrong):
-    found = images.result()
-    with pytest.raises(ValueError, match="errors must"):
-        plot.registration.similarity(found, wrong)
-    with pytest.raises(ValueError, match="vectors must"):
-        plot.registration.shifts(pair[0], found, wrong)

@@ -4,7 +4,7 @@ import asyncio
 from copy import deepcopy
 
 import pytest
-from ipywidgets import HTML, IntSlider
+from ipywidgets import HTML
 from nbclient import NotebookClient
 from nbformat.v4 import new_code_cell, new_notebook
 
@@ -71,19 +71,6 @@ def test_nothing_waits_for_an_answer(played):
     """No widget takes outputs: its partner in nbclient loses a message in eight."""
     assert "IntSliderModel" in played[1]
     assert "OutputModel" not in played[1]
-
-
-@pytest.mark.parametrize(
-    ("draw", "slider", "message"),
-    [
-        ("draw", IntSlider(), "draw must be a function"),
-        (print, 3, "size must be a widget with a value"),
-        (print, IntSlider, "size must be a widget with a value"),
-    ],
-)
-def test_what_is_no_slider_is_refused(draw, slider, message):
-    with pytest.raises(ValueError, match=message):
-        plot.interact(draw, size=slider)
 
 
 def test_every_widget_with_a_value_will_do(capsys):

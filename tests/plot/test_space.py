@@ -53,30 +53,6 @@ def test_corners_of_the_frustum_are_imaged_at_the_corners_of_the_photo():
     np.testing.assert_allclose(depth, 2.5)
 
 
-def test_a_camera_is_its_image_plane_four_rays_from_the_centre_and_its_axes(in_space):
-    drawn = space.draw_camera(in_space, EXTERIOR, size=2.0, form=FORM, name="A")
-    corners = space.frustum(EXTERIOR, 2.0, FORM)
-    np.testing.assert_array_equal(drawn[0], EXTERIOR[:3])
-    np.testing.assert_array_equal(drawn[1:5], corners)
-    axes = (drawn[5:] - EXTERIOR[:3]) / 1.6
-    np.testing.assert_allclose(axes, rotation.matrix(*EXTERIOR[3:]), atol=1e-14)
-    assert [text.get_text() for text in in_space.texts] == ["x", "y", "z", "A"]
-    rays, plane = in_space.collections[:2]
-    np.testing.assert_allclose(vertices(plane)[:4], corners)
-    segments = np.array(rays._segments3d)
-    np.testing.assert_allclose(segments[:, 0], np.tile(EXTERIOR[:3], (4, 1)))
-    np.testing.assert_allclose(segments[:, 1], corners)
-
-
-def test_fit_shows_all_points_with_one_scale(in_space):
-    points = np.array([(-1, 0, 2), (3, 8, 2.5)])
-    space.fit(in_space, points)
-    limits = [in_space.get_xlim(), in_space.get_ylim(), in_space.get_zlim()]
-    np.testing.assert_allclose(limits, points.T)
-    aspect = np.array(in_space._box_aspect)
-    np.testing.assert_allclose(aspect / aspect[0], (1, 2, 0.125))
-
-
 # --- What a camera sees ---
 
 
@@ -86,25 +62,6 @@ def test_photo_shows_polygons_where_opencv_does_and_the_near_one_last(ax):
     first, last = (path.vertices[:4] for path in ax.collections[0].get_paths())
     np.testing.assert_allclose(first, opencv(EXTERIOR, far), atol=1e-12)
     np.testing.assert_allclose(last, opencv(EXTERIOR, near), atol=1e-12)
-
-
-@pytest.mark.parametrize("c", [1.0, 35.0])
-def test_a_photo_is_as_wide_and_high_as_its_form_says(ax, c):
-    """The corners of the camera drawn in space are the corners of its photo."""
-    corners = space.frustum(EXTERIOR, 2.5, FORM)
-    space.draw_photo(ax, EXTERIOR, [(corners, "red")], c, FORM)
-    seen = ax.collections[0].get_paths()[0].vertices[:4]
-    limits = np.array([ax.get_xlim(), ax.get_ylim()])
-    np.testing.assert_allclose(limits[:, 1] - limits[:, 0], c * np.array(FORM))
-    np.testing.assert_allclose([seen.min(axis=0), seen.max(axis=0)], limits.T)
-
-
-def test_of_a_polygon_that_reaches_behind_the_camera_the_front_part_is_seen(ax):
-    strip = np.array([(1, 0, -2), (1, 0, 2), (1, 1, 2), (1, 1, -2)], dtype=float)
-    space.draw_photo(ax, np.zeros(6), [(strip, "red"), (strip + (0, 0, 9), "blue")])
-    (path,) = ax.collections[0].get_paths()  # the blue one lies behind
-    expected = [(0.5, 0.0), (1000.0, 0.0), (1000.0, 1000.0), (0.5, 0.5)]
-    np.testing.assert_allclose(path.vertices[:4], expected, rtol=1e-9)
 
 
 def below_horizon(exterior, rows=75, columns=100):
@@ -128,14 +85,14 @@ def pixels_of_photo(exterior, faces, rows=75, columns=100):
 
 
 ATTITUDES = [
-    *[(omega, phi, 20) for omega in (-60, -25, 0, 40, 60) for phi in (-60, 0, 45)],
-    *[(90, 0, 0), (75, 10, 100), (100, 0, 30), (150, 20, 0), (180, 0, 0)],
+    *[(omega, phi, 20) for omega in (-60, 0, 40) for phi in (-60, 45)],
+    *[(90, 0, 0), (100, 0, 30), (180, 0, 0)],
 ]
 
 
 @pytest.mark.parametrize("attitude", ATTITUDES)
 def test_sky_is_seen_above_the_true_horizon_and_nowhere_else(attitude):
-    """All settings of the sliders of chapter 4, and cameras that look up as well."""
+    """Settings of the sliders of chapter 4, and cameras that look up as well."""
     exterior = np.array([0, 0, 7, *np.radians(attitude)])
     photo = pixels_of_photo(exterior, meadow.surroundings() + meadow.village())
     down = below_horizon(exterior)
@@ -159,21 +116,6 @@ def test_directions_stand_on_the_horizon_where_opencv_has_them(ax):
     assert [t.get_text() for t in ax.texts if t.get_text()] == ["N", "x", "y"]
 
 
-def test_what_lies_on_the_ground_is_drawn_before_what_stands_on_it(in_space):
-    """A field as large as the country is nearer than a tree, by its middle."""
-    field = 40.0 * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
-    tree = np.array([(20, 0, 0), (21, 0, 0), (20.5, 0, 3)])
-    exterior = np.array([0.0, 0.0, 7.0, 1.2, 0.0, -1.4])
-    faces = [(tree, "red"), (field, "green")]
-    for ground, red in ((None, 0), ("green", 1)):
-        ax = plt.figure().add_subplot()
-        space.draw_photo(ax, exterior, faces, ground=ground)
-        assert np.argmax(ax.collections[-1].get_facecolors()[:, 0]) == red
-    corners = space.draw_faces(in_space, faces)
-    assert [len(c._facecolor3d) for c in in_space.collections] == [1, 1]
-    assert in_space.collections[0]._facecolor3d[0, 1] > 0 and len(corners) == 7
-
-
 @pytest.mark.parametrize("height", [0.0, -1.0])
 def test_a_camera_under_the_ground_is_refused(ax, height):
     with pytest.raises(ValueError, match="must be above"):
@@ -193,52 +135,12 @@ def pixel(monkeypatch):
     return plot.pixel_on_ground(datasets.yellowstone(), height=100.0).axes[0]
 
 
-def on_paper(ax, points):
-    """Where points (n, 3) of axes in space are drawn, as fractions of the figure."""
-    ax.apply_aspect()
-    x, y, _ = proj3d.proj_transform(*np.transpose(points), ax.get_proj())
-    seen = ax.transData.transform(np.column_stack([x, y]))
-    return ax.figure.transFigure.inverted().transform(seen)
-
-
-def test_the_ground_is_as_wide_as_its_pixels_in_metres(pixel):
-    ortho = datasets.yellowstone()
-    below, above = (vertices(surface) for surface in pixel.collections[:2])
-    width = ortho.grey.shape[0] * ortho.gsd
-    np.testing.assert_allclose(np.ptp(below, axis=0), (width, width, 0), rtol=1e-9)
-    np.testing.assert_allclose(below.mean(axis=0), 0, atol=1e-9 * width)
-    assert len(np.unique(above[:, 2])) == 1 and 0 < above[0, 2] < 100
-    # by similar triangles from the perspective centre
-    assert np.ptp(above[:, 0]) / width == pytest.approx(1 - above[0, 2] / 100)
-
-
 def test_the_pixel_its_ground_and_the_perspective_centre_are_on_one_ray(pixel):
     image, below = (vertices(polygon)[:4] for polygon in pixel.collections[2:4])
     np.testing.assert_allclose(below[:, 2], 0, atol=1e-9)
     rays, to_ground = image - (0, 0, 100), below - (0, 0, 100)
     scale = rays[:, 2:] / to_ground[:, 2:]
     np.testing.assert_allclose(rays, scale * to_ground, atol=1e-9)
-
-
-def test_heights_are_measured_at_the_left_square_to_the_view(pixel):
-    """Bars of H and c, at the same depth as the camera: their lengths compare."""
-    bars = [np.transpose(line.get_data_3d()) for line in pixel.lines]
-    bars = [bar for bar in bars if len(bar) == 2 and np.ptp(bar[:, :2]) > 0]
-    upright = [bar for bar in bars if not np.ptp(bar[:, :2], axis=0).any()]
-    assert len(upright) == 2
-    azimuth = np.radians(pixel.azim)
-    for bar in upright:
-        assert bar[1, 2] == 100
-        towards_eye = bar[0, :2] @ (np.cos(azimuth), np.sin(azimuth))
-        assert towards_eye == pytest.approx(0, abs=1e-9)
-        assert on_paper(pixel, bar)[0, 0] < on_paper(pixel, np.zeros((1, 3)))[0, 0]
-
-
-def test_all_that_stands_above_the_ground_is_seen_inside_the_figure(pixel):
-    lines = [np.transpose(line.get_data_3d()) for line in pixel.lines]
-    points = np.concatenate([*lines, [t.get_position_3d() for t in pixel.texts]])
-    seen = on_paper(pixel, points)
-    assert np.all((seen > 0) & (seen < 1))
 
 
 # --- How a network is looked at ---
@@ -273,18 +175,7 @@ def test_object_is_seen_openly_and_the_network_across(network):
     assert abs(apart) > 0.5 * np.ptp(np.concatenate(network)[:, 1])
 
 
-def test_a_network_along_any_direction_lies_across_the_picture():
-    turn = np.radians(40)
-    along = np.array([np.cos(turn), np.sin(turn), 0])
-    rng = np.random.default_rng(1)
-    centres = rng.normal(size=(5, 3))
-    points = 30 * along + rng.normal(size=(20, 3))
-    right, _ = across_and_up(space.best_view(centres, points))
-    # 35 degrees off, so that depth shows
-    assert abs(right @ along) == pytest.approx(np.cos(np.radians(35)), abs=0.05)
-
-
-@pytest.mark.parametrize("view", [(16, 35), (80, -100), (0, 0)])
+@pytest.mark.parametrize("view", [(16, 35), (80, -100)])
 def test_drawing_fills_its_place_in_the_figure(view, network, closed):
     positions = np.concatenate(network)
     fig = plt.figure(figsize=(9, 5), layout="none")
@@ -299,3 +190,33 @@ def test_drawing_fills_its_place_in_the_figure(view, network, closed):
     low, high = seen.min(axis=0), seen.max(axis=0)
     np.testing.assert_allclose((low + high) / 2, where[:2] + where[2:] / 2, atol=1e-6)
     assert np.max((high - low) / where[2:]) == pytest.approx(1, abs=1e-6)
+
+
+def test_a_camera_is_its_image_plane_four_rays_from_the_centre_and_its_axes(in_space):
+    drawn = space.draw_camera(in_space, EXTERIOR, size=2.0, form=FORM, name="A")
+    corners = space.frustum(EXTERIOR, 2.0, FORM)
+    np.testing.assert_array_equal(drawn[0], EXTERIOR[:3])
+    np.testing.assert_array_equal(drawn[1:5], corners)
+    axes = (drawn[5:] - EXTERIOR[:3]) / 1.6
+    np.testing.assert_allclose(axes, rotation.matrix(*EXTERIOR[3:]), atol=1e-14)
+    assert [text.get_text() for text in in_space.texts] == ["x", "y", "z", "A"]
+    rays, plane = in_space.collections[:2]
+    np.testing.assert_allclose(vertices(plane)[:4], corners)
+    segments = np.array(rays._segments3d)
+    np.testing.assert_allclose(segments[:, 0], np.tile(EXTERIOR[:3], (4, 1)))
+    np.testing.assert_allclose(segments[:, 1], corners)
+
+
+def test_what_lies_on_the_ground_is_drawn_before_what_stands_on_it(in_space):
+    """A field as large as the country is nearer than a tree, by its middle."""
+    field = 40.0 * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    tree = np.array([(20, 0, 0), (21, 0, 0), (20.5, 0, 3)])
+    exterior = np.array([0.0, 0.0, 7.0, 1.2, 0.0, -1.4])
+    faces = [(tree, "red"), (field, "green")]
+    for ground, red in ((None, 0), ("green", 1)):
+        ax = plt.figure().add_subplot()
+        space.draw_photo(ax, exterior, faces, ground=ground)
+        assert np.argmax(ax.collections[-1].get_facecolors()[:, 0]) == red
+    corners = space.draw_faces(in_space, faces)
+    assert [len(c._facecolor3d) for c in in_space.collections] == [1, 1]
+    assert in_space.collections[0]._facecolor3d[0, 1] > 0 and len(corners) == 7

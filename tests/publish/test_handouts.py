@@ -2,8 +2,10 @@
 
 import re
 from io import BytesIO
+from itertools import pairwise
 
 import pytest
+from bs4 import BeautifulSoup
 from nbformat.v4 import new_output
 from pypdf import PdfReader
 
@@ -13,7 +15,7 @@ from pgm_book.make.form import form_of
 from pgm_book.make.handouts import faults, for_handouts, pdf_of
 from pgm_book.make.page import handout_page
 from pgm_book.make.slides import title
-from pgm_book.make.student import slide_type, tags
+from pgm_book.make.student import PLACEHOLDER, slide_type, tags
 from tests.publish.example import code, example, text
 from tests.publish.look import (
     axe_violations,
@@ -124,10 +126,54 @@ def test_what_is_to_be_read_is_printed_and_no_more(words, built, paper, notebook
     # No solutions, nobody is asked to click, no line says whose function runs
     for gone in ("SOLUTION", "double-click", "Chooseone:", ":thebook'sown."):
         assert gone not in words
-    answers = [cell.id for cell in notebook.cells if "why" in tags(cell)]
-    last = [cell.id for cell in paper.cells[len(paper.cells) - len(answers) :]]
-    assert last == answers
-    assert ("answers" in [cell.id for cell in paper.cells]) == bool(answers)
+    ids = [cell.id for cell in paper.cells]
+    last = ids[ids.index("answers") :] if "answers" in ids else []
+    early = {cell.id for cell in notebook.cells if "why" in tags(cell)} & set(ids)
+    early |= {f"{cell.id}-answer" for cell in paper.cells if "predict" in tags(cell)}
+    assert early <= set(last)
+
+
+def test_no_result_of_a_prediction_is_printed_beside_its_question(paper):
+    cells = {cell.id: cell for cell in paper.cells}
+    for asked in [cell for cell in paper.cells if "predict" in tags(cell)]:
+        beside = [output.get("data", {}) for output in asked.outputs]
+        several = len([data for data in beside if choices_in(data)]) > 1
+        assert several or all(choices_in(data) for data in beside)
+        shown = cells[f"{asked.id}-answer"].outputs
+        right = "".join(one.get("data", {}).get("text/html", "") for one in shown)
+        for soup in filter(None, map(choices_in, beside)):
+            assert re.fullmatch(r"A?\d+c?\.\d+", soup.p.text)
+            assert soup.p.text in right and "✓" in right
+
+
+def choices_in(data) -> BeautifulSoup | None:
+    soup = BeautifulSoup(data.get("text/html", ""), "html.parser")
+    return soup.select_one(".pgm-predict")
+
+
+def test_no_placeholder_but_lines_stand_where_code_is_to_be_written(paper):
+    for cell in [one for one in paper.cells if one.cell_type == "code"]:
+        assert PLACEHOLDER not in cell.source
+        if "exercise" in tags(cell):
+            assert re.search(r"^ *_{80}$", cell.source, re.MULTILINE), cell.source
+
+
+def test_what_a_derivation_gives_away_is_not_below_its_exercise(paper):
+    answers = False
+    for above, cell in pairwise(paper.cells):
+        answers = answers or above.id == "answers"
+        asks = {"exercise", "predict"} & set(tags(above))
+        assert answers or not (asks and "derive" in tags(cell)), cell.source[:60]
+
+
+def test_few_pages_end_far_above_their_foot(chapter, printed):
+    """A large figure may not fit; the last page may end where it likes."""
+    read = tagged.read(printed)
+    short = 0
+    for number, height in enumerate(read.heights[:-1], start=1):
+        bottoms = [p.bottom for p in read.pieces if p.page == number and p.kind]
+        short += min(bottoms) - 13 / 25.4 * 72 > 0.25 * height
+    assert short <= 1 or not form_of(chapter)
 
 
 def test_the_page_is_whole_and_everyone_can_read_it(page, pdf, paper):
@@ -182,9 +228,48 @@ def test_an_answer_has_its_question_or_the_heading_above_it():
         text("<details><summary>Why so?</summary>\n\nB\n</details>", tags=WHY),
     )
     below, first, second = for_handouts(book).cells[-3:]
-    assert below.source == "## Answers"
+    assert below.source.startswith("## Answers")
     assert "<details open><summary>Along it</summary>" in first.source
     assert "<details open><summary>Why so?</summary>" in second.source
+
+
+def test_a_text_that_waits_for_a_choice_is_with_the_answers():
+    choice = "<details name='predict-9.1'><summary>{}</summary><p>{}</p></details>"
+    choices = choice.format("More", "✗ No.") + choice.format("Less", "✓ So it is.")
+    box = f'<div class="pgm-predict"><p>Choose one:</p>{choices}</div>'
+    asked = new_output("display_data", {"text/html": box})
+    figure = new_output("stream", name="stdout", text="3.4 px\n")
+    derive = text("<details><summary>Derive it</summary>\n\nD\n</details>")
+    derive.metadata.tags = ["derive"]
+    book = example(
+        text("## More?"),
+        code('predict("9.1")', asked, figure, tags=("predict",)),
+        text("It was 3.4 px."),
+        text("Now look:"),
+        code("look()"),
+        text("## Write it"),
+        code("f = 1", tags=("exercise",)),
+        derive,
+        text("Go on."),
+    )
+    sources = [cell.source for cell in for_handouts(book).cells]
+    at = next(n for n, one in enumerate(sources) if one.startswith("## Answers"))
+    assert sources[at - 1] == "Go on."
+    assert "Now look:" in sources[:at]
+    answer, waited, derived = for_handouts(book).cells[at + 1 :]
+    assert answer.outputs[1].text == "3.4 px\n"
+    right = "<p><strong>9.1</strong> Less ✓ So it is.</p>"
+    assert answer.outputs[0].data["text/html"] == f"<div>{right}</div>"
+    assert waited.source == "It was 3.4 px."
+    assert "Derive it" in derived.source
+
+
+@pytest.mark.parametrize(("solution", "count"), [(1, 2), (3, 3), (9, 3)])
+def test_there_are_about_as_many_lines_to_write_on_as_a_solution_has(solution, count):
+    solved = "    x = 1\n" * solution
+    source = f"def f():\n    ### BEGIN SOLUTION\n{solved}    ### END SOLUTION"
+    last = for_handouts(example(code(source))).cells[-1]
+    assert last.source == "def f():" + f"\n\n    {'_' * 80}" * count
 
 
 def test_on_paper_no_import_of_figures_and_checks_takes_a_line():

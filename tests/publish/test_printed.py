@@ -3,7 +3,7 @@
 import nbformat
 import pytest
 
-from pgm_book.make.handouts import faults, for_handouts, print_pdf
+from pgm_book.make.handouts import LABEL, faults, for_handouts, print_pdf
 from tests.publish.example import code, figure_output, png, text
 
 CHOICES = (
@@ -120,7 +120,8 @@ def test_a_figure_is_printed_no_smaller_than_its_labels_allow():
     output.metadata["image/png"]["label"] = 15.0
     last = for_handouts(nbformat.v4.new_notebook(cells=[code("show()", output)]))
     shown = last.cells[0].outputs[0].metadata["image/png"]
-    assert (shown.width, shown.label) == (400, 7.5)
+    assert shown.label == pytest.approx(LABEL)
+    assert shown.width == pytest.approx(800 * LABEL / 15)
 
 
 def test_a_page_nearly_empty_is_named_but_the_last(pdf):
@@ -141,3 +142,15 @@ def test_a_page_nearly_empty_is_named_but_the_last(pdf):
 def test_what_belongs_together_and_is_divided_is_named(pdf, body, what):
     (fault,) = faults(pdf(body), asked())
     assert fault.startswith(f"page 1: the {what} ")
+
+
+def test_an_answer_whose_figure_is_overleaf_is_named(pdf):
+    data = {"text/html": "<div><p><strong>1.1</strong> On the truth ✓ Near.</p></div>"}
+    said = nbformat.v4.new_output("display_data", data=data)
+    shown = figure_output()
+    shown.metadata["image/png"]["alt"] = "Residuals"
+    book = nbformat.v4.new_notebook(cells=[code("", shown, said, tags=("answer",))])
+    answer = "<p>1.1 On the truth ✓ Near.</p>"
+    assert faults(pdf(FULL + figure(40) + answer), book) == []
+    (fault,) = faults(pdf(FULL + answer + NEXT + figure(40)), book)
+    assert fault == "page 1: the answer is divided"

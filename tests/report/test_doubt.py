@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, datasets, report, simulate
+from pgm_lab import bundle, report, simulate
 from pgm_lab.camera import Camera
-from pgm_lab.report.network import Case, doubt, findings
-from tests.networks import real, small
+from pgm_lab.report.network import Case, doubt
+from tests.networks import jaicov_9x50, real, small
 
 
 def jaicov():
-    data = datasets.jaicov_9x50()
+    data = jaicov_9x50()
     camera = Camera(*data.interior)
     measured = data.photo, data.point, data.xy, data.sigma
     return bundle.Network(camera, data.exteriors, data.points, *measured)
@@ -101,37 +101,13 @@ def test_a_network_all_in_another_unit_is_noticed_too(scale, words):
     assert words in doubt(odd).words
 
 
-def resized(farthest):
-    """The network of 2013 in a unit that puts its farthest image point there."""
-    whole = real()
-    scale = farthest / np.hypot(*whole.xy.T).max()
-    return replace(whole, cameras=Camera(35.0 * scale), xy=scale * whole.xy)
-
-
-def multiplied(times):
-    perfect = simulated(Camera(35.0), 9, 50)
-    return replace(perfect, xy=times * perfect.xy)
-
-
-LIMITS = {  # which network, its numbers, and the numbers that are doubted
-    "sizes no camera has": (resized, (0.24, 0.26, 299.0, 301.0), (0.24, 301.0)),
-    "thrice": (multiplied, (1 / 3.1, 1 / 2.9, 2.9, 3.1), (1 / 3.1, 3.1)),
-    "10 nm": (lambda sigma: replace(real(), sigma=sigma), (9e-6, 1.1e-5), (9e-6,)),
-}
-
-
-@pytest.mark.parametrize("make, numbers, doubted", LIMITS.values(), ids=LIMITS.keys())
-def test_limits_of_doubt(make, numbers, doubted):
-    assert tuple(x for x in numbers if doubt(make(x)) is not None) == doubted
-
-
 @pytest.mark.parametrize("kind", ["metres", "exchanged"])
 def test_headline_and_first_finding_say_so(kind):
     """The headline was once "about 2870 times better than stated"."""
     network = real()
     change, words = WRONG[kind]
     result = bundle.adjust(replace(network, xy=change(network.xy)))
-    said = findings(result)
+    said = Case(result).findings
     assert said[0].title == "Image coordinates" and words in said[0].words
     titles = {one.title for one in said}
     assert not {"Stated standard deviations", "Mirrored image"} & titles
@@ -154,5 +130,5 @@ def test_a_principal_distance_far_from_its_start_value_is_named(start, doubted):
     network = replace(result.network, cameras=camera, exteriors=exteriors)
     found = replace(result, network=network)
     assert (Case(found).changed_c is not None) == doubted
-    said = dict(findings(found)).get("Principal distance", "")
+    said = dict(Case(found).findings).get("Principal distance", "")
     assert (f"34.6 mm from a start value of {start:.0f}" in said) == doubted

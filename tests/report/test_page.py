@@ -1,9 +1,6 @@
 """The pages: formulas as people write them, markup, odd names, a phone."""
 
-import os
 import re
-import shutil
-import subprocess
 from dataclasses import replace
 
 import matplotlib.pyplot as plt
@@ -122,7 +119,7 @@ def test_no_plain_formula_is_left_on_the_page(monkeypatch):
 
 
 def test_the_lines_of_a_paragraph_are_short_and_tables_are_straight(odd):
-    for part in network._sections(odd, "about", False):
+    for part in network.Case(odd).sections("about", False):
         for one in part.tables:
             assert {len(row) for row in one.rows} == {len(one.header)}
     lines = report.text(odd).splitlines()
@@ -164,39 +161,3 @@ def test_names_are_never_typeset(name):
     html = typesetter([name, 5])(f"point {name} in photo 5, r^3: -2.5")
     shown = name.replace("<", "&lt;").replace(">", "&gt;")
     assert html == f"point {shown} in photo 5, r<sup>3</sup>: −2.5"
-
-
-BROWSER = next(
-    filter(None, map(shutil.which, ("chromium", "google-chrome", "chrome"))), None
-)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not BROWSER or os.name == "nt", reason="needs a browser")
-def test_on_a_phone_nothing_is_wider_than_the_page_but_in_its_own_box(tmp_path):
-    """In a window of 390 px: figures 700 px wide, tables and they scroll alone."""
-    probe = """<iframe id="phone" style="width:390px;height:900px" src="r.html">
-</iframe>
-<script>onload = () => {
-  const page = document.getElementById("phone").contentDocument;
-  const wide = page.documentElement.scrollWidth;
-  const images = [...page.images].map(one => Math.round(one.width));
-  const boxes = [...page.querySelectorAll("figure, .table")].map(
-    box => box.clientWidth <= 390 && getComputedStyle(box).overflowX == "auto");
-  const captions = [...page.querySelectorAll("caption span")].map(
-    one => one.getBoundingClientRect().width <= 390);
-  document.body.innerText = JSON.stringify(
-    [wide, Math.min(...images), boxes.every(Boolean), captions.every(Boolean)]);
-}</script>"""
-    source = report.html(bundle.adjust(real()), about=f"From {'x' * 300}.txt.")
-    (tmp_path / "r.html").write_text(source, encoding="utf-8")
-    (tmp_path / "probe.html").write_text(probe)
-    call = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom"]
-    call += ["--allow-file-access-from-files", "--virtual-time-budget=5000"]
-    call += ["--disable-web-security", f"--user-data-dir={tmp_path / 'user'}"]
-    call += [(tmp_path / "probe.html").as_uri()]
-    done = subprocess.run(call, capture_output=True, text=True, timeout=120)
-    found = re.search(r"\[(\d+),(\d+),(\w+),(\w+)\]", done.stdout)
-    assert found, done.stderr
-    assert int(found[1]) <= 390 and int(found[2]) >= 700
-    assert found[3] == found[4] == "true"

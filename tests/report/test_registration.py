@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from pgm_lab import plot, registration, report
+from pgm_lab import registration, report
 from pgm_lab.matching import STATUSES
 from pgm_lab.report import _figures
 from pgm_lab.report import registration as module
@@ -148,7 +148,6 @@ def test_every_status_is_said_in_words_of_images():
         # Shifts between pixels are never called whole
         ({"settings": None}, "settings must say how the shifts were refined"),
         ({"model": fit(result(20))}, "model is of 20 points, and found has 40"),
-        ({"about": 3}, "about must be"),
     ],
 )
 def test_what_does_not_belong_together_is_refused(more, message):
@@ -390,45 +389,3 @@ def test_a_start_and_a_low_threshold_are_told():
 
 
 # --- What the overlay shows ---
-
-
-def test_before_and_after_show_the_part_of_each_image(pair, found, monkeypatch):
-    """Resampled by the model, the part is what the whole would be there."""
-    model = fit(found)
-    down, right = 10, 20
-    cut, offset = pair[1][down:, right:], np.array([-right, -down])
-    moved = replace(model, offset=model.offset + offset)
-    given = LSM | {"offset": offset}
-    of = module._case(found, pair[0], cut, moved, None, None, given, "")
-    shown = {}
-
-    def noted(reference, images, corner):
-        shown.update(images, reference=reference, corner=corner)
-        return plt.figure()
-
-    monkeypatch.setattr(plot.registration, "fringes", noted)
-    ((_, _),) = _figures.of_registration(of)("overlay")
-    left, top = shown["corner"]
-    part = np.s_[top : top + _figures.PART, left : left + _figures.PART]
-    np.testing.assert_array_equal(shown["reference"], pair[0][part])
-    before, after = shown["before"], shown["after, by the model: shift"]
-    expected = np.ma.masked_all(pair[0].shape)
-    expected[down:, right:] = cut
-    np.testing.assert_array_equal(np.ma.getmaskarray(before), expected[part].mask)
-    np.testing.assert_array_equal(before.filled(0), expected[part].filled(0))
-    whole = registration.resample(cut, moved, pair[0].shape)[part]
-    np.testing.assert_allclose(after.filled(0), whole.filled(0), atol=1)
-
-
-def test_what_the_model_leaves_is_drawn_as_observed_less_computed(monkeypatch):
-    found, drawn = result(), []
-    model = fit(found)
-    note = lambda *arguments, **_: drawn.append(arguments) or plt.figure()  # noqa: E731
-    for name in ("scatter", "shifts"):
-        monkeypatch.setattr(plot.registration, name, note)
-    draw = _figures.of_registration(case(found, model))
-    draw("scatter")
-    draw("shifts")
-    left = np.column_stack([found.dx, found.dy]) - model.parameters
-    np.testing.assert_allclose(drawn[0][2], left)
-    np.testing.assert_allclose(drawn[2][2], left)

@@ -134,21 +134,6 @@ def test_an_adjustment_finds_the_true_camera_as_precisely_as_it_says(lens):
     assert abs(np.mean(squares) - 1) < 0.4
 
 
-@pytest.mark.parametrize(
-    "wrong, says",
-    [
-        ({"rays": 1}, "rays must lie between 2 and the 4 photos"),
-        ({"rays": 5}, "rays must lie between 2 and the 4 photos"),
-        ({"block": True}, "a block needs a value for rays"),
-        ({"block": True, "photos": 60, "rays": 40}, "lie in 40 of the"),
-    ],
-)
-def test_what_makes_no_sense_is_named(wrong, says):
-    arguments = {"lens": LENSES[0], "photos": 4, "points": 5, "rng": rng(), **wrong}
-    with pytest.raises(ValueError, match=says):
-        simulate.network(**arguments)
-
-
 @pytest.mark.parametrize("make", [simulate.pair, simulate.control_photo])
 def test_a_lens_that_shows_too_little_ends_the_search_for_a_photo(make, monkeypatch):
     monkeypatch.setattr(photos, "TRIES", 50)

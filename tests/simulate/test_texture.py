@@ -131,27 +131,3 @@ def test_shrunk_pixels_are_the_means_of_their_squares(shift, factor):
         square = image[r0 - dy :, c0 - dx :][:factor, :factor].astype(float)
         assert square.shape == (factor, factor)
         assert right[r, c] == square.mean()
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda t: simulate.texture(0.0), "cutoff must lie between 0 and 0.5"),
-        (lambda t: simulate.texture(0.6), "cutoff must lie between 0 and 0.5"),
-        (
-            lambda t: simulate.texture_pair(t, (5, 5), (0, 1, 2, 0, 2, 4)),
-            "flatten the plane: a1 b2 - a2 b1 is 0",
-        ),
-        (
-            lambda t: simulate.shrunk_pair(np.zeros((9, 9)), (0.5, 0), 2),
-            "shift must be two whole numbers",
-        ),
-        (
-            lambda t: simulate.shrunk_pair(np.zeros((9, 9)), (8, 0), 2),
-            r"nothing is left of an image of shape \(9, 9\) after a shift of \(8, 0\)",
-        ),
-    ],
-)
-def test_what_has_no_truth_is_refused(call, message):
-    with pytest.raises(ValueError, match=message):
-        call(simulate.texture(waves=3))

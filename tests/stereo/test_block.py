@@ -72,7 +72,7 @@ def test_processes_write_the_same_bytes_though_one_is_killed(
     np.testing.assert_array_equal(found.surface.z, serial[0].surface.z)
     np.testing.assert_array_equal(found.surface.measured, serial[0].surface.measured)
     assert [p.points for p in found.pairs] == [p.points for p in serial[0].pairs]
-    assert [p.attempts for p in found.pairs] == [1, 1, 1]  # it was not alone
+    assert sorted(p.attempts for p in found.pairs) == [1, 1, 2]
 
 
 def test_photos_in_memory_give_the_same_pairs_and_are_known_again(block, serial, empty):
@@ -100,7 +100,7 @@ def test_a_stop_by_hand_loses_nothing_that_was_plotted(
     plot_pair = module.plot_pair
 
     def stopped(task):
-        if task.pair == (1, 2):
+        if task.pair >= (1, 2):
             raise KeyboardInterrupt
         return plot_pair(task)
 
@@ -123,7 +123,7 @@ def test_a_pair_that_failed_is_tried_again(photos, serial, empty, tmp_path):
     "kind, workers, attempts, reason",
     [
         (blocks.Failing, 1, 2, "RuntimeError: a disk was asleep"),
-        (blocks.Deadly, 2, 1, "BrokenProcessPool: its process died"),
+        (blocks.Deadly, 2, 2, "BrokenProcessPool: its process died"),
     ],
 )
 def test_a_pair_that_cannot_be_plotted_is_named_and_the_rest_goes_on(
@@ -286,7 +286,7 @@ def test_how_wide_gaps_are_filled_is_passed_on(photos, serial, empty):
         ({"workers": 0}, ValueError, "workers must be a whole number, at least 1"),
         ({"merging": "sum"}, ValueError, "merging must be one of"),
         ({"photos": [1, 2]}, ValueError, "photos must be a sequence of camera.Photo"),
-        ({"matching": {"widow": 9}}, ValueError, "no argument of match_dense: widow"),
+        ({"matching": {"widow": 9}}, ValueError, "none of .* argument 'widow'"),
     ],
 )
 def test_bad_arguments_are_named(photos, empty, changed, error, words):

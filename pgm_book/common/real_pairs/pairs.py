@@ -233,13 +233,6 @@ class Warped:
         """Right points (n, 2) of left ones."""
         return transformed(self.H, points)
 
-    def shape(self, points: np.ndarray) -> np.ndarray:
-        """Derivatives (n, 2, 2) of right points by left ones."""
-        step = np.eye(2) / 2
-        return np.stack(
-            [self.truth(points + s) - self.truth(points - s) for s in step], axis=2
-        )
-
 
 def stereo_pairs(folder: Path) -> list[Stereo]:
     """Pairs with disparities: of aloe, of a motorcycle, of made things on a table."""
@@ -303,30 +296,6 @@ def subjects(folder: Path) -> dict[str, np.ndarray]:
         if photos := _read(folder, file):
             found[name] = photos[0]
     return found
-
-
-def aerial(blur: tuple[float, float], noise: float, factor: int = 3) -> Warped:
-    """The orthophoto seen from two flights: rotated by 4 degrees, each with its blur.
-
-    `blur` is that of the lens, in pixels (standard deviation): with 0.4 fine detail
-    is aliased, with 0.8 hardly.
-    """
-    grey = datasets.yellowstone().grey.astype(np.float32)
-    n = min(grey.shape) // factor - 20
-    small = np.diag([1 / factor, 1 / factor, 1.0])
-    small[:2, 2] = -5 / factor
-    turn = similarity(4.0, 1.0, ((n - 1) / 2, (n - 1) / 2))
-    rng, photos = np.random.default_rng(0), []
-    for H, sigma, gain in ((small, blur[0], 1.0), (turn @ small, blur[1], 1.05)):
-        light = cv2.GaussianBlur(grey, (0, 0), sigma * factor)
-        light = cv2.warpPerspective(
-            light, H, (n, n), flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT
-        )
-        light = gain * light + rng.normal(0, noise, light.shape)
-        photos.append(np.clip(np.rint(light), 0, 255).astype(np.uint8))
-    return Warped(
-        f"aerial, blur {blur[0]:g} {blur[1]:g}, noise {noise:g}", *photos, turn
-    )
 
 
 def graffiti(folder: Path) -> list[Warped]:

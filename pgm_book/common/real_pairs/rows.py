@@ -4,8 +4,6 @@ The row ``curve`` also writes results/matching_quality.csv: the share of wrong m
 against the share that is kept, as the quality rises.
 """
 
-import time
-import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,13 +14,12 @@ from pgm_book.common import study
 from pgm_book.common.real_pairs.pairs import (
     Stereo,
     Warped,
-    aerial,
     graffiti,
     rephotographed,
     stereo_pairs,
     subjects,
 )
-from pgm_lab import datasets, lsm, matching, ncc
+from pgm_lab import lsm, matching, ncc
 from pgm_lab.matching import RECOMMENDED_QUALITY, quality
 
 Row = tuple[str, str, str]  # what, pair, figures
@@ -93,33 +90,6 @@ def robust_sd(values: np.ndarray) -> float:
 # --- Real and made pairs ---
 
 
-def aerial_accepted(folder: Path) -> Iterator[Row]:
-    """Good points of aerial photos, starts to the pixel, template of 21."""
-    sharp, soft = 0.4, 0.8  # px
-    pairs = [
-        aerial(*blur_and_noise)
-        for blur_and_noise in (
-            ((sharp, sharp), 2),
-            ((soft, soft), 2),
-            ((sharp, soft), 2),
-            ((soft, sharp), 2),
-            ((sharp, sharp), 5),
-        )
-    ]
-    ortho = subjects(folder)["orthophoto"]
-    for pair in [*pairs, rephotographed("orthophoto (made)", ortho, 4, 1)]:
-        points = textured(pair, 200)
-        truth = pair.truth(points)
-        found = lsm.match(pair.left, pair.right, points, np.rint(truth))
-        error = distance(found.points, truth)
-        yield (
-            "accepted, aerial",
-            pair.name,
-            f"{found.accepted.mean():.1%} of {len(points)}, {(error > 1).sum()} wrong"
-            f" by 1 px; {_words(found.status)}",
-        )
-
-
 def far_starts(folder: Path) -> Iterator[Row]:
     """Windows rotated or scaled without a start for the shape, compared with ECC."""
     for degrees, scale in ((15, 1), (0, 0.85)):
@@ -176,69 +146,6 @@ def precision(folder: Path) -> Iterator[Row]:
             z = error / np.sqrt(found.covariance[k, 1, 1])
             figures.append(f"{template}: {robust_sd(z):.2f} ({k.sum()})")
         yield "error / predicted", pair.name, ", ".join(figures)
-
-
-def saturated(folder: Path) -> Iterator[Row]:
-    """Windows that the right photo shows white."""
-    pair = aerial((0.8, 0.8), 2)
-    points = textured(pair, 100)
-    white = np.full_like(pair.right, 255)
-    for name, left, right in (
-        ("right white", pair.left, white),
-        ("both white", np.full_like(pair.left, 255), white),
-    ):
-        start = np.rint(pair.truth(points))
-        found = (
-            lsm.match(left, right, points, start),
-            ncc.match(left, right, points, start),
-        )
-        words = "; ".join(
-            f"{what} {f.accepted.sum()} accepted, {_words(f.status)}"
-            for what, f in zip(("lsm", "ncc"), found, strict=True)
-        )
-        yield "saturated", f"{name}, {len(points)}", words
-
-
-def clipped(folder: Path) -> Iterator[Row]:
-    """Points whose search windows reach over the edge of the right photo."""
-    for pair in stereo_pairs(folder):
-        points = grid(pair.left, 1500)
-        truth = pair.truth(points)
-        size = np.array(pair.right.shape[::-1])
-        reach = np.minimum(truth, size - 1 - truth).min(axis=1)
-        points, truth = (v[(reach > 12) & (reach < 25)] for v in (points, truth))
-        found = ncc.match(pair.left, pair.right, points, np.rint(truth), search=51)
-        lost = np.isin(found.status, ["window leaves the image"]).sum()
-        edge = (found.status == "peak on the edge of the image").sum()
-        right = (found.accepted & (distance(found.points, truth) <= 1)).sum()
-        yield (
-            "search over the edge",
-            f"{pair.name}, {len(points)}",
-            f"{lost} lost, {edge} peaks on the edge, {right} right of"
-            f" {found.accepted.sum()} accepted",
-        )
-
-
-def no_data(folder: Path) -> Iterator[Row]:
-    """A masked disc in the right photo: points beside it are matched all the same."""
-    pair = aerial((0.8, 0.8), 2)
-    points = textured(pair, 200)
-    truth = pair.truth(points)
-    y, x = np.indices(pair.right.shape)
-    mask = np.hypot(x - 400, y - 400) < 80
-    right = np.ma.array(pair.right, mask=mask)
-    found = lsm.match(pair.left, right, points, np.rint(truth))
-    touched = cv2.dilate(mask.astype(np.uint8), np.ones((21, 21))) > 0
-    column, row = np.rint(truth).astype(int).T
-    near = touched[row, column]
-    far = found.accepted & ~near
-    yield (
-        "masked",
-        f"{pair.name}, {len(points)}",
-        f"beside the mask {far.sum()} of {(~near).sum()} accepted; on it"
-        f" {(found.accepted & near).sum()} of {near.sum()}:"
-        f" {_words(found.status[near])}",
-    )
 
 
 def rows_like_stereobm(folder: Path) -> Iterator[Row]:
@@ -327,11 +234,6 @@ def one_call(folder: Path) -> Iterator[Row]:
         )
 
 
-def _words(status: np.ndarray) -> str:
-    words, counts = np.unique(status, return_counts=True)
-    return ", ".join(f"{n} {word}" for word, n in zip(words, counts, strict=True))
-
-
 # --- Quality: kept and wrong at each limit ---
 
 LIMITS = (0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98)
@@ -363,67 +265,9 @@ def curve(folder: Path) -> Iterator[Row]:
     study.write("common", "matching_quality", COLUMNS, lines)
 
 
-# --- Large photos: time and memory by points, not by pixels ---
-
-SIZE, POINTS, BESIDE = 8000, 50, 64
-REPEAT = 3
-
-
-def large(folder: Path) -> Iterator[Row]:
-    """50 points in 8000 x 8000 pixels, beside cutting the windows by hand."""
-    grey = datasets.yellowstone().grey
-    times = [-(-SIZE // n) for n in grey.shape]
-    left = np.tile(grey, times)[:SIZE, :SIZE]
-    right = np.roll(left, (2, -3), axis=(0, 1))
-    rng = np.random.default_rng(1)
-    points = rng.integers(100, SIZE - 100, (POINTS, 2)).astype(float)
-
-    def whole() -> np.ndarray:
-        return lsm.match(left, right, points, points + (-2, 1)).points
-
-    def by_hand() -> np.ndarray:
-        found = []
-        for point in points:
-            x, y = point.astype(int) - BESIDE
-            part = np.s_[y : y + 2 * BESIDE + 1, x : x + 2 * BESIDE + 1]
-            middle = np.full((1, 2), float(BESIDE))
-            match = lsm.match(left[part], right[part], middle, middle + (-2, 1))
-            found.append(match.points[0] + (x, y))
-        return np.array(found)
-
-    seconds, answers = zip(*(_timed(way) for way in (whole, by_hand)), strict=True)
-    same = np.nanmax(np.abs(answers[0] - answers[1]))
-    tracemalloc.start()
-    whole()
-    peak = tracemalloc.get_traced_memory()[1] / 2**20
-    tracemalloc.stop()
-    ratio = seconds[0] / seconds[1]
-    yield (
-        "large photos",
-        f"{SIZE} x {SIZE}, {POINTS} points",
-        f"{seconds[0] * 1e3:.0f} ms, by hand {seconds[1] * 1e3:.0f} ms: ratio"
-        f" {ratio:.2f}; {peak:.0f} MB; answers differ by {same:.1g} px",
-    )
-
-
-def _timed(way) -> tuple[float, np.ndarray]:
-    """Return the best time of some, and the answer."""
-    best = np.inf
-    for _ in range(REPEAT):
-        start = time.perf_counter()
-        answer = way()
-        best = min(best, time.perf_counter() - start)
-    return best, answer
-
-
 ROWS = {
-    "large": large,
-    "aerial": aerial_accepted,
     "far": far_starts,
     "precision": precision,
-    "saturated": saturated,
-    "edge": clipped,
-    "masked": no_data,
     "stereobm": rows_like_stereobm,
     "wrong": wrong_ones,
     "call": one_call,

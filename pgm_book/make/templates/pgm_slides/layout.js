@@ -22,6 +22,44 @@ function overflow(slide) {
   );
 }
 
+// A slide of a few lines, without code or a figure, takes in the next one if both can be
+// read together; so two quick questions stand on one slide.
+function fitWithNext(slide, number) {
+  fit(slide, number);
+  const next = slide.nextElementSibling;
+  if (!next || !isShort(slide) || staysAlone(next)) return;
+  const heading = next.querySelector("h2, h3");
+  const line = document.createElement("p");
+  line.innerHTML = `<strong>${heading.innerHTML}</strong>`;
+  const moved = [...next.childNodes];
+  heading.replaceWith(line);
+  slide.append(...moved);
+  const layout = fit(slide, number);
+  if (layout.good) {
+    const seconds = [slide, next].map((one) => Number(one.dataset.timing ?? 0));
+    if (sum(seconds)) slide.dataset.timing = sum(seconds);
+    next.remove();
+  } else {
+    layout.place(0, false);
+    line.replaceWith(heading);
+    next.append(...moved);
+    fit(slide, number);
+  }
+}
+
+function isShort(slide) {
+  if (staysAlone(slide) || slide.querySelector("h1, img, .input, .pgm-predict")) return false;
+  // What asks may not stand beside its answer.
+  if (textOf(slide.querySelector(".text:last-of-type") ?? slide).endsWith("?")) return false;
+  slide.classList.add("measuring");
+  const used = slide.offsetHeight;
+  slide.classList.remove("measuring");
+  return used < 0.6 * slide.clientHeight;
+}
+
+const staysAlone = (slide) =>
+  slide.querySelector(".verdicts") || textOf(slide.querySelector("h1, h2, h3") ?? slide) === "Break";
+
 // What opens on a slide has to fit, too. Of the choices of a prediction one is open at
 // a time, and of the other folds of a slide as well: the tallest of each is laid out.
 function fit(slide, number) {
@@ -47,6 +85,7 @@ function fit(slide, number) {
   for (const fold of folds) {
     fold.open = false;
   }
+  return layout;
 }
 
 function tallest(folds) {
@@ -110,13 +149,17 @@ class Layout {
       if (best && CRAMMED.includes(text)) break;
       for (const arrangement of this.arrangements()) {
         const reads = this.apply({ text, ...arrangement });
-        if (arrangement.first && reads >= LABEL) return;
+        if (arrangement.first && reads >= LABEL) {
+          this.good = TEXT.includes(text);
+          return;
+        }
         const most = best?.reads ?? 0;
         const suffices = reads >= LABEL && most < LABEL;
         if (suffices || reads > 1.05 * most) best = { reads, text, ...arrangement };
       }
       if (best?.reads >= LABEL) break;
     }
+    this.good = best?.reads >= LABEL && TEXT.includes(best.text);
     this.apply(best ?? { text: CRAMMED.at(-1), words: 0, row: false });
   }
 

@@ -35,10 +35,14 @@ function goesToTheEnd() {
   Reveal.slide(h, v);
 }
 
+const SLIDES = ".slides > section > section";
+
 window.afterTypesetting = async () => {
   const images = [...document.images].map((image) => image.decode().catch(() => {}));
   await Promise.all(images);
-  document.querySelectorAll(".slides > section > section").forEach(fit);
+  for (const [number, slide] of document.querySelectorAll(SLIDES).entries()) {
+    if (slide.isConnected) fitWithNext(slide, number);
+  }
   document.querySelectorAll("aside.notes").forEach(prepareNotes);
   // The heading of a slide comes right below the title, whatever its size.
   for (const heading of document.querySelectorAll(".slides h3")) {
