@@ -2,7 +2,7 @@
 # Arguments: make test ARGS="-k frames"; another Python: make test PYTHON=python3.12
 # One lesson alone: make test LESSON=3; of others: make student FORMAT=nbgrader (or otter)
 #   make course WHEELS=windows,linux,macos PYTHONS=3.12,3.13    make exam SEED=7
-#   make grade SUBMISSIONS=folder LESSON="2 A1" RUBRIC=file SECRET=word TRUSTED=yes
+#   make grade SUBMISSIONS=folder LESSON="2 A1" RUBRIC=file SECRET="four words of yours" TRUSTED=yes
 #   make release CHECK=yes
 
 PYTHON ?= python3

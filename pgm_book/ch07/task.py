@@ -82,7 +82,7 @@ class Truth:
         shift = np.linalg.norm(chips) / len(chips)
         scale = np.linalg.norm(chips * lever) / np.sum(lever**2)
         # Which points can be measured moves RMSE and CE90 more than noise does
-        known = (shift, shift, scale, np.degrees(scale), 0.25 / 3, 0.4 / 3)
+        known = (shift, shift, scale, np.degrees(scale), 0.15 / 3, 0.3 / 3)
         return dict(zip(VALUES, known))
 
     @property

@@ -81,7 +81,10 @@ def mark(
     found = float(numbers("measured", answer, (), "one number, in pixels"))
     true = _true_disparity(pair, place, land)
     slips = [
-        (-true, "the sign: left column minus right column"),
+        (
+            -true if abs(true) > 2 else np.inf,
+            "the sign: left column minus right column",
+        ),
         (
             float(pair.object_points(*place, true)[2]),
             "that is the height: the disparity, in pixels, is asked for",

@@ -191,8 +191,13 @@ def judge(truth: Truth, result: object) -> list[Part]:
     wrong = np.sum(~(np.abs(Z - truth.ground[:, 2]) <= REACH * truth.sd))  # or NaN
     factor = np.exp(np.abs(np.nanmedian(np.log(sd / truth.sd))))
     return [
-        Part(f"heights off by over {REACH:g} standard deviations", wrong, SPARE, ""),
-        Part("standard deviations off by a factor of", factor, 1.1, ""),
+        Part(
+            f"heights missing, or off by over {REACH:g} standard deviations",
+            wrong,
+            SPARE,
+            "",
+        ),
+        Part("standard deviations off by a factor of", factor, 1.2, ""),
     ]
 
 
@@ -248,9 +253,15 @@ def hint(truth: Truth, result: object) -> str:
             np.log(np.nanmedian(sd / wrong[:, 1])), 0, 0.1
         ):
             return words
+    if judge(truth, result)[0].holds:
+        return (
+            "The heights are right. The sd of each, in m, follows from H/B, the GSD"
+            " and 0.12 px, with the depth of the point for H."
+        )
     return (
         "Show your two normal images, one above the other: does every row show the same"
-        " things? Then look at the disparities along the profile, and at their r."
+        " things? The pixels of the profile belong to the photo as it was taken: where"
+        " are they in the normal image? Then look at the disparities, and at their r."
     )
 
 

@@ -1,6 +1,5 @@
 """The task of chapter 9: a telephone, a board of paper, and the edge of a cupboard."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,12 +8,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pgm_book.ch09.photos import PIXEL, Board, grid, measured
-from pgm_book.common.checks import CheckFailed, numbers
+from pgm_book.common.checks import CheckFailed
 from pgm_book.program.bundle import adjust, without_lens
 from pgm_book.program.camera import derivatives, project
 from pgm_book.program.orientation import relative
 from pgm_book.program.surface import base_length, flat_board
-from pgm_book.task import Part
+from pgm_book.task import Part, named, table
 from pgm_lab import frames, plot
 from pgm_lab.orientation import absolute
 from pgm_lab.rotation import angles, matrix
@@ -22,10 +21,12 @@ from pgm_lab.rotation import angles, matrix
 SIZE, CORNERS, SIGMA = (1200, 900), (8, 6), 0.15  # px; inner corners; px
 RULE = 0.5  # m
 TILTS = ((0, 0), (0.6, 0), (-0.6, 0), (0, 0.6), (0, -0.6), (0.45, 0.45))
-WANTED = (
-    'a dictionary {"c": ..., "sd": ..., "PQ": ...}: pixels, pixels and metres,'
-    " one number each"
-)
+FLAT = "A board of paper is not flat: let its corners be unknowns."
+WANTED = {
+    "c": ("one number in pixels", ()),
+    "sd": ("one number in pixels", ()),
+    "PQ": ("one number in metres", ()),
+}
 
 
 @dataclass(frozen=True)
@@ -96,20 +97,12 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     points, right = _cupboard(chance)
     pair = np.hstack([_pixels(e, points, camera) for e in (np.zeros(6), right)])
     pair = np.round(pair + SIGMA * chance.standard_normal(pair.shape), 2)
-    lines = ["photo,corner,column,row"]
-    lines += [
-        f"{i + 1},{j + 1},{x:.2f},{y:.2f}"
-        for i, one in enumerate(shown)
-        for j, (x, y) in enumerate(one)
-    ]
-    table = ["point,left_column,left_row,right_column,right_row"]
-    table += [
-        f"{k}," + ",".join(f"{value:.2f}" for value in row)
-        for k, row in enumerate(pair, start=1)
-    ]
+    corners = [(i, j, *xy) for i, p in enumerate(shown, 1) for j, xy in enumerate(p, 1)]
+    numbered = [(k, *four) for k, four in enumerate(pair, 1)]
+    head = "point,left_column,left_row,right_column,right_row"
     files = {
-        "board.csv": "\n".join(lines) + "\n",
-        "cupboard.csv": "\n".join(table) + "\n",
+        "board.csv": table("photo,corner,column,row", "{},{},{:.2f},{:.2f}", corners),
+        "cupboard.csv": table(head, "{}" + 4 * ",{:.2f}", numbered),
     }
     edge = float(np.linalg.norm(points[3] - points[2]))
     return files, Truth(float(camera[0]) / PIXEL[0], edge, shown, pair)
@@ -191,12 +184,11 @@ def judge(truth: Truth, result: object) -> list[Part]:
 
 
 def _read(result: object) -> tuple[float, float, float]:
-    if not isinstance(result, Mapping) or not {"c", "sd", "PQ"} <= set(result):
-        raise CheckFailed(f"the result must be {WANTED}")
-    c, sd, edge = (float(numbers(k, result[k])) for k in ("c", "sd", "PQ"))
+    """Return c, its standard deviation and PQ; or say what is wanted."""
+    c, sd, edge = named(result, WANTED).values()
     if not min(c, sd, edge) > 0:
         raise CheckFailed("c, sd and PQ must be positive")
-    return c, sd, edge
+    return float(c), float(sd), float(edge)
 
 
 def slips(truth: Truth) -> dict[str, dict[str, float]]:
@@ -207,11 +199,7 @@ def slips(truth: Truth) -> dict[str, dict[str, float]]:
     ideal = np.array([camera[0], *np.zeros(9)])
     flat = bent[0] / PIXEL[0], np.sqrt(D[0, 0]) / PIXEL[0]
     return {
-        "A board of paper is not flat: let its corners be unknowns.": {
-            "c": flat[0],
-            "sd": flat[1],
-            "PQ": _edge(truth.cupboard, bent),
-        },
+        FLAT: {"c": flat[0], "sd": flat[1], "PQ": _edge(truth.cupboard, bent)},
         "The unit: c and its standard deviation are wanted in pixels.": (
             right | {"c": c * PIXEL[0], "sd": sd * PIXEL[0]}
         ),
@@ -247,6 +235,8 @@ def hint(truth: Truth, result: object) -> str:
         off = np.abs(found / [wrong["c"], wrong["sd"], wrong["PQ"]] - 1)
         if np.all(off < (2e-4, 0.05, 5e-4)):
             return words
+    if abs(found[0] - truth.flat[0][0] / PIXEL[0]) < truth.sd[0]:
+        return FLAT
     return (
         "Test the parts: sigma0 of the board should be near 0.15 px, the y parallaxes"
         " of the cupboard as well, and the rule must come out as long as it is."

@@ -1,11 +1,9 @@
 """The task of chapter 4: its tolerance follows from the rounding; forms of answers."""
 
 import numpy as np
-import pytest
 
 from pgm_book import task as book
 from pgm_book.ch04 import task
-from pgm_book.common.checks import CheckFailed
 
 
 def truth_and_answer(name):
@@ -36,29 +34,11 @@ def test_the_rounding_leaves_one_standard_deviation_and_never_three():
     assert np.allclose(np.mean(squares, axis=0), 1, atol=0.1)
 
 
-def test_lists_and_a_tuple_pass_and_other_angles_of_the_same_attitude():
+def test_other_angles_of_the_same_attitude_pass():
     truth, answer = truth_and_answer("Ada")
     angles = answer["angles"] + np.array([360, 0, 0])
-    for one in (
-        {name: value.tolist() for name, value in answer.items()},
-        tuple(answer.values()),
-        answer | {"angles": angles},
-    ):
-        assert all(part.holds for part in task.judge(truth, one))
-
-
-@pytest.mark.parametrize(
-    ("wrong", "said"),
-    [
-        (lambda a: a["angles"], 'a dict with "angles"'),
-        (lambda a: a | {"row": a["row"][:3]}, "the row of the horizon in each photo"),
-        (lambda a: a | {"M": a["M"][0]}, r"one M \(3, 3\) a photo"),
-    ],
-)
-def test_another_form_hears_what_is_wanted(wrong, said):
-    truth, answer = truth_and_answer("Ada")
-    with pytest.raises(CheckFailed, match=said):
-        task.judge(truth, wrong(answer))
+    parts = task.judge(truth, answer | {"angles": angles})
+    assert all(part.holds for part in parts)
 
 
 def test_one_wrong_photo_fails_and_what_is_right_is_said():

@@ -5,7 +5,6 @@ import pytest
 
 from pgm_book import task as book
 from pgm_book.ch05 import task
-from pgm_book.common.checks import CheckFailed
 from pgm_lab import orientation
 from pgm_lab.camera import Camera
 
@@ -37,30 +36,8 @@ def test_the_precision_is_that_of_an_adjustment_of_all_image_coordinates():
     assert np.allclose(found.sd[1:], np.sqrt(np.diag(ours)), rtol=0.05)
 
 
-def test_lists_and_a_tuple_pass():
-    truth = truth_of("Ada")
-    answer = task._solved(truth)
-    as_lists = {name: np.asarray(value).tolist() for name, value in answer.items()}
-    for one in (as_lists, tuple(answer.values())):
-        assert all(part.holds for part in task.judge(truth, one))
-
-
-@pytest.mark.parametrize(
-    ("wrong", "said"),
-    [
-        (lambda a: a["exterior"], 'a dict with "exterior"'),
-        (lambda a: a | {"exterior": a["exterior"][1:]}, "of the right photo"),
-        (lambda a: a | {"distance": "6 m"}, "from P to Q in metres"),
-    ],
-)
-def test_another_form_hears_what_is_wanted(wrong, said):
-    truth = truth_of("Ada")
-    with pytest.raises(CheckFailed, match=said):
-        task.judge(truth, wrong(task._solved(truth)))
-
-
 @pytest.mark.parametrize("name", NAMES[:5])
-def test_a_base_in_metres_and_a_scale_upside_down_are_named(name):
+def test_a_base_in_metres_or_of_length_1_is_named(name):
     truth = truth_of(name)
     answer = task._solved(truth)
     metres = answer["exterior"] * [3.1, 3.1, 3.1, 1, 1, 1]
@@ -70,8 +47,3 @@ def test_a_base_in_metres_and_a_scale_upside_down_are_named(name):
     e[1:] += 0.2 * np.linalg.cholesky(truth.precision()[0]) @ np.ones(5)
     e[:3] /= np.linalg.norm(e[:3])
     assert task.hint(truth, answer | {"exterior": e}) == task.UNIT
-    measured = task._model(truth, answer["exterior"])
-    A, B, P, Q = measured[:4]
-    inverse = np.linalg.norm(Q - P) * np.linalg.norm(B - A) / truth.bar
-    said = task.hint(truth, answer | {"distance": inverse})
-    assert said == "The scale is upside down."

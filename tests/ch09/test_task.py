@@ -38,9 +38,8 @@ def test_an_answer_is_off_by_one_standard_deviation_and_a_flat_board_by_more():
 @pytest.mark.parametrize(
     ("answer", "said"),
     [
-        ({"c": 1000, "sd": 0.3}, "a dictionary"),
-        ((1000, 0.3, 1.2), "a dictionary"),
-        ({"c": 1000, "sd": 0.3, "PQ": "long"}, "PQ must be one number"),
+        ({"c": 1000, "sd": 0.3}, "must be a dict"),
+        ({"c": 1000, "sd": 0.3, "PQ": "long"}, "one number in metres"),
         ({"c": 1000, "sd": -0.3, "PQ": 1}, "must be positive"),
     ],
 )
