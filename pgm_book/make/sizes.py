@@ -145,7 +145,7 @@ def measured(decks: Iterable[Path]) -> Iterator[list[Row]]:
 
 def of_decks(folder: Path, notebooks: list[Path]) -> dict[Path, list[str]]:
     """Return what a hall cannot read of the decks of these notebooks."""
-    found = measured(folder / f"{notebook.stem}.html" for notebook in notebooks)
+    found = list(measured(folder / f"{notebook.stem}.html" for notebook in notebooks))
     return {
         notebook: [str(row) for row in problems(rows)]
         for notebook, rows in zip(notebooks, found)
@@ -160,5 +160,6 @@ def report(notebooks: list[Path]) -> Iterator[str]:
         decks = [Path(folder, f"{notebook.stem}.html") for notebook in notebooks]
         for notebook, deck in zip(notebooks, decks):
             deck.write_text(slides_page(notebook), encoding="utf-8")
-        for notebook, rows in zip(notebooks, measured(decks)):
+        # The decks come first, so that the browser is closed after the last of them.
+        for rows, notebook in zip(measured(decks), notebooks):
             yield from [f"# {notebook.stem}", *table(rows), ""]
