@@ -18,7 +18,7 @@ from pgm_book.task import Part, grey, named, table
 from pgm_lab import datasets, plot
 
 SIDE, WINDOW, POINTS, MARGIN = 480, 25, 80, 64
-NOISE = 2.2, 0.3  # grey values, of the left and of the darker right photo
+NOISE = 2.2, 1.1  # grey values, of the left and of the darker right photo
 PIXEL, BLUR = 2.5, 2.5  # pixels of the orthophoto: a pixel of ours, and the lens
 FARTHEST, ENLARGED = 0.1, 400  # px; how much larger ellipses are drawn
 LOW, HIGH = stats.chi2.ppf([0.0005, 0.9995], 2 * POINTS) / (2 * POINTS)
@@ -68,7 +68,7 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str | np.ndarray], Tr
         photos.append(grey(values))
     points = _points(photos[0], chance)
     there = points @ A.T + affine[:, 2]
-    start = np.rint(there).astype(int) + chance.randint(-1, 2, there.shape)
+    start = np.rint(there).astype(int)
     left, right = photos
     head, rows = "column,row,right_column,right_row", np.hstack([points, start])
     return {
