@@ -435,8 +435,8 @@ def relative(function: Callable) -> None:
         "the rays do not lie in one plane with the base: the boxes of all points have a"
         " volume, or the steps are too few"
     )
-    other = answer_of(function, *cases[0][:2], 2 * c)
-    if np.shape(other) == (6,) and near(other, answer_of(function, *cases[0]), 1e-9):
+    first = call(function, *cases[0], shape=(6,))
+    if near(call(function, *cases[0][:2], 2 * c, shape=(6,)), first):
         otherwise = "it takes c from elsewhere, and not from its arguments"
     holds, hint = compare(function, cases, right_one, slips, otherwise)
     noise = chance(3).normal(0, 0.003, (2, *cases[0][0].shape))
