@@ -6,4 +6,4 @@ coordinates are (column, row) with integers at pixel centres, photo coordinates 
 millimetres with x right and y up, angles are in radians.
 """
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"

@@ -18,7 +18,7 @@ from pgm_book.task import Part, grey, named, table
 from pgm_lab import datasets, plot
 
 SIDE, WINDOW, POINTS, MARGIN = 480, 25, 80, 64
-NOISE = 2.2, 1.1  # grey values, of the left and of the darker right photo
+NOISE = 2.2, 1.4  # grey values, of the left and of the darker right photo
 PIXEL, BLUR = 2.5, 2.5  # pixels of the orthophoto: a pixel of ours, and the lens
 FARTHEST, ENLARGED = 0.1, 400  # px; how much larger ellipses are drawn
 LOW, HIGH = stats.chi2.ppf([0.0005, 0.9995], 2 * POINTS) / (2 * POINTS)
@@ -166,7 +166,8 @@ def picture(truth: Truth, result: object) -> tuple[Figure, str]:
     e = positions - truth.there
     whitened = np.linalg.solve(np.linalg.cholesky(covariances), e[..., None])[..., 0]
     fig, (ax, ay) = plt.subplots(1, 2, figsize=(10, 4.6))
-    edges, few = (-0.5, SIDE - 0.5, SIDE - 0.5, -0.5), truth.right[::3, ::3] // 32
+    edges = (-0.5, SIDE - 0.5, SIDE - 0.5, -0.5)
+    few = truth.right.reshape(SIDE // 8, 8, -1, 8).mean(axis=(1, 3)) // 32
     ax.imshow(few, extent=edges, interpolation="nearest")  # a small file
     for place, C in zip(positions, covariances):
         ax.plot(*(place + ENLARGED * _ellipse(C)).T, color=plot.ORANGE)
