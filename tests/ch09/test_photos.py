@@ -161,7 +161,7 @@ def measured(turned):
             if "depth_sd =" in cell.source:
                 break
     Z, N, c = space["surface"][:, 2], space["N"], space["scene"].c
-    xy = np.insert(space["xy"], 2, -c, axis=1) @ N
+    xy = np.insert(space["left_xy"], 2, -c, axis=1) @ N
     at = frames.photo_to_pixel(-c * xy[:, :2] / xy[:, 2:], photos.SIZE, photos.PIXEL)
     depths = (Z - (photos.truth(at, turned) @ N.T)[:, 2]) / space["depth_sd"]
     orientation = (space["exterior"] - photos.exterior(turned))[1:] / space["sd"]
