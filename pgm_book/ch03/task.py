@@ -18,7 +18,7 @@ from pgm_book.task import Part, grey, named, table
 from pgm_lab import datasets, plot
 
 SIDE, WINDOW, POINTS, MARGIN = 480, 25, 80, 64
-NOISE = 2.2, 1.4  # grey values, of the left and of the darker right photo
+NOISE = 1.8, 1.25  # grey values, of the left and of the darker right photo
 PIXEL, BLUR = 2.5, 2.5  # pixels of the orthophoto: a pixel of ours, and the lens
 FARTHEST, ENLARGED = 0.1, 400  # px; how much larger ellipses are drawn
 LOW, HIGH = stats.chi2.ppf([0.0005, 0.9995], 2 * POINTS) / (2 * POINTS)

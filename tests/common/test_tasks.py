@@ -14,7 +14,7 @@ DIGESTS: dict[str, str] = {
     "1": "26275fdd9fc45fec",
     "A1": "388b28556df19b45",
     "2": "9d353ccdc1ed4c8f",
-    "3": "61e2a0f0607c41bf",
+    "3": "858dc048250d52cd",
     "4": "55b1a2f7ca2f480d",
     "5": "945d3a680d1c4d2b",
     "6": "8e27bdaf0e2f4a08",
