@@ -34,7 +34,7 @@ OF_TOOLS = ("__pycache__", "build", "work")
 # two helpers; pytest says which test is running.
 KEPT_VARIABLES = ("GDAL_CURL_CA_BUNDLE", "PROJ_CURL_CA_BUNDLE", "PYTEST_CURRENT_TEST")
 KEPT_FILES = ("/fonts/", "/proj.db", "anon_inode:", "/dev/")
-KEPT_TEMPORARY = "pymp-"
+KEPT_TEMPORARY = ("pymp-", ".org.chromium.")  # the browser of all tests has its own
 KEPT_PROCESSES = ("multiprocessing.resource_tracker", "multiprocessing.forkserver")
 SECONDS = 5.0  # that a thread or process which was told to end may take for it
 
