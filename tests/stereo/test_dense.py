@@ -70,7 +70,7 @@ def test_noise_that_is_correlated_makes_the_prediction_larger(method):
     rng = np.random.default_rng(1)
     noise = [gaussian_filter(rng.normal(0, 1, left.shape), 0.6) for _ in range(2)]
     match = stereo.match_rows(
-        *(i + 4 * n / n.std() for i, n in zip((left, right), noise))
+        *(i + 4 * n / n.std() for i, n in zip((left, right), noise)), method=method
     )
     good = match.status == 0
     assert 0.8 < rms(match.disparity[good] - 4) / rms(match.sd[good]) < 1.2
