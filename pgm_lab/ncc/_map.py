@@ -26,8 +26,8 @@ def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
     """Correlation of a template with each window of its size in a search window.
 
     Agrees to 1e-6 with (B 2.6f) in exact arithmetic everywhere, also for 16 bit grey
-    values with a large offset and little contrast, for a faint window beside a bright
-    pixel, and at the limits of the number types.
+    values with a large offset and little contrast, and for a faint window beside a
+    bright pixel.
     (``cv2.matchTemplate`` with TM_CCOEFF_NORMED can be off by 1 there.) Many small maps
     are computed faster in one call.
 
