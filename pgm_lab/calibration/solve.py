@@ -361,9 +361,39 @@ def _shown(values: tuple | None) -> str:
 def start_c(
     points: Iterable[np.ndarray], pixels: Iterable[np.ndarray], size: tuple[int, int]
 ) -> float:
-    """Principal distance in pixels by homographies of flat boards (Zhang 2000).
+    """Principal distance by the homographies of a flat board, to start from.
 
-    points (n, 3) and pixels (n, 2) of each photo, size its columns and rows.
+    Parameters
+    ----------
+    points : iterable of ndarray (n, 3)
+        Of each photo, the points of the board that it shows, with Z = 0; in any unit.
+    pixels : iterable of ndarray (n, 2)
+        (column, row) of each in the photo, integers at pixel centres.
+    size : (columns, rows)
+        Of the photos, in pixels.
+
+    Returns
+    -------
+    float
+        c in pixels, no distortion assumed; the principal point is the image centre.
+
+    References
+    ----------
+    Zhang 2000, A flexible new technique for camera calibration, section 3.1.
+
+    Examples
+    --------
+    Two photos of a board 400 mm away, tilted about x and about y:
+
+    >>> X, Y = np.mgrid[-40:50:10, -25:35:10].reshape(2, -1)
+    >>> board = np.column_stack([X, Y, 0 * X])
+    >>> tilts = rotation.matrix(0.5, 0, 0), rotation.matrix(0, 0.5, 0)
+    >>> seen = []
+    >>> for x, y, z in (M @ board.T for M in tilts):
+    ...     image = 900 * np.stack([x, -y], 1) / (400 - z[:, None])
+    ...     seen.append(image + (319.5, 239.5))
+    >>> print(f"{start_c([board, board], seen, (640, 480)):.0f}")
+    900
     """
     flat = [(one @ TO_OPENCV).astype("f4") for one in points]
     seen = [one[:, None].astype("f4") for one in pixels]

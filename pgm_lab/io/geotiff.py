@@ -365,9 +365,10 @@ def write_bands(
 ) -> None:
     """Write a GeoTIFF in place; for an atomic one, give it a temporary name.
 
-    `bands` are (bands, rows, columns), `names` their descriptions, `tags` further words
-    on a band by its number from 1, `options` creation options of GDAL. Raises an
-    OSError if it cannot be written, a ValueError if `crs` is not known.
+    `bands` are (bands, rows, columns), `transform` (2, 3) is that of a `Raster`, from
+    the outer corner of the first pixel, `names` are descriptions of the bands, `tags`
+    further words on a band by its number from 1, `options` creation options of GDAL.
+    Raises an OSError if it cannot be written, a ValueError if `crs` is not known.
     """
     if not installed():
         raise ImportError(f"a GeoTIFF is written by rasterio: {INSTALL}")
