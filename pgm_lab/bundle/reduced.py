@@ -22,6 +22,7 @@ import numpy as np
 from pgm_lab.adjustment import normal
 from pgm_lab.bundle.equations import Equations, Problem, Rays, State, by_photo
 
+WHOLE = 250_000  # numbers in Z up to which zeros cost less than pairs of rays
 PAIRS_AT_ONCE = 5_000  # their products stay in the cache
 
 
@@ -48,7 +49,7 @@ class Reduced:
     V_inverse: np.ndarray  # (3, 3, n), inverse blocks of the points, without scale bars
     V_diagonal: np.ndarray  # (3, n)
     n_point: np.ndarray  # (3, n), right-hand sides of the points
-    Z: "ByRays"  # W V^-1, without scale bars
+    Z: "Whole | ByRays"  # W V^-1, without scale bars
     bars: Bars | None  # what scale bars change
 
     @classmethod
@@ -67,7 +68,8 @@ class Reduced:
 
         # Elimination of the points
         V_inverse = _inverse(V)
-        Z = ByRays.of(rays, W, W_interior, V_inverse)
+        whole = rays.kept * 3 * rays.points <= WHOLE
+        Z = (Whole if whole else ByRays).of(rays, W, W_interior, V_inverse)
         S = N - Z.times_W
         right = n_kept - Z.times_points(n_point[None])[:, 0]
         bars = None
@@ -160,12 +162,53 @@ def _inverse(V: np.ndarray) -> np.ndarray:
         return np.array([[A, B, C], [B, D, E], [C, E, F]]) / determinant
 
 
-# --- Z = W V^-1 between the kept unknowns and the points ---
+# --- Z = W V^-1 between the kept unknowns and the points, held in one of two ways ---
 #
-# As a matrix Z of a large network would be almost all zeros. Only the blocks of the
-# rays are held, and W Zᵀ is a sum over pairs of rays. They are made of W (6, 3, k) at
-# each ray, rows of the exterior orientation, and W_interior (u, 3, cameras, n) at each
-# point.
+# A small network has it as a matrix, with zeros where a photo does not see a point:
+# what is done with it is a matrix product. In a large one almost everything would be
+# zero, and only the blocks of the rays are held; W Zᵀ is then a sum over pairs of rays.
+# Numbers are the same to rounding. Both are made of W (6, 3, k) at each ray, rows of
+# the exterior orientation, and W_interior (u, 3, cameras, n) at each point.
+
+
+@dataclass(frozen=True)
+class Whole:
+    """W and Z as matrices (U + 6 m, 3, n)."""
+
+    rays: Rays
+    W: np.ndarray
+    Z: np.ndarray
+
+    @classmethod
+    def of(
+        cls, rays: Rays, W: np.ndarray, W_interior: np.ndarray, V_inverse: np.ndarray
+    ) -> "Whole":
+        """Lay the blocks of the rays into the matrix, below those of the cameras."""
+        whole = np.zeros((rays.kept, 3, rays.points))
+        whole[: rays.interior] = _by_unknown(W_interior)
+        exterior = whole[rays.interior :].reshape(-1, 6, 3, rays.points)
+        exterior[rays.photo, :, :, rays.point] = W.transpose(2, 0, 1)
+        return cls(rays, whole, np.einsum("ain,ijn->ajn", whole, V_inverse))
+
+    @property
+    def times_W(self) -> np.ndarray:
+        """W Zᵀ (U + 6 m, U + 6 m)."""
+        return flat(self.W) @ flat(self.Z).T
+
+    def times_points(self, R: np.ndarray) -> np.ndarray:
+        """Z Rᵀ (U + 6 m, q) for a matrix R (q, 3, n) of the points."""
+        return flat(self.Z) @ flat(R).T
+
+    def times_kept(self, B: np.ndarray) -> np.ndarray:
+        """(ZᵀB)' (q, 3, n) for a matrix B (U + 6 m, q) of the kept unknowns."""
+        return (B.T @ flat(self.Z)).reshape(-1, *self.Z.shape[1:])
+
+    def propagate(self, Q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Blocks ZᵀQZ (3, 3, n) of the points, and QZ (6 + u, 3, k) at the rays."""
+        QZ = (Q @ flat(self.Z)).reshape(self.Z.shape)
+        rows = self.rays.unknowns.T[:, None, self.rays.photo]
+        at_rays = QZ[rows, np.arange(3)[:, None], self.rays.point]
+        return np.einsum("ain,ajn->ijn", self.Z, QZ), at_rays
 
 
 @dataclass(frozen=True)

@@ -258,6 +258,45 @@ def test_check_points_are_compared_and_change_nothing():
     close(checked.check_differences, found.points[[1, 2]] - known)
 
 
+KNOWN = small().points[[0, 3, 6]]
+HELD = [[0, 0, 0], [0, 0.1, 0], [0, 0.1, np.inf]]
+PATHS = {name: case[:3] for name, case in CASES.items() if name != "a bar"} | {
+    "real": (real(), PARAMETERS, None),
+    "weighted": (replace(small(), control=([0, 3, 6], KNOWN + 0.4, 0.1)), SOME, None),
+    "held": (replace(small(), control=([0, 3, 6], KNOWN, HELD)), SOME, None),
+}
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_a_whole_matrix_and_blocks_of_the_rays_give_the_same(name, monkeypatch):
+    network, estimate, datum = PATHS[name]
+    whole = bundle.adjust(network, estimate, datum)
+    monkeypatch.setattr("pgm_lab.bundle.reduced.WHOLE", 0)
+    by_rays = bundle.adjust(network, estimate, datum)
+    # what no datum touches, to 1e-11 of the largest
+    for what in (
+        *("sigma0", "residuals", "redundancy_numbers", "standardized"),
+        *("control_residuals", "scale_bar_residuals", "scale_bar_standardized"),
+    ):
+        ours, theirs = getattr(whole, what), getattr(by_rays, what)
+        size = np.max(np.abs(ours), initial=0)
+        atol = 5e-11 if what == "standardized" else 1e-11
+        close(theirs, ours, rtol=0, atol=atol * size, err_msg=what)
+    # unknowns and covariances to 2e-10 of their standard deviations: the scaled normal
+    # matrix has eigenvalues down to 2e-6, which make more of its rounding
+    sd = np.sqrt(np.diagonal(whole.covariance))
+    there, here = (np.append(one.interior, one.exteriors) for one in (by_rays, whole))
+    variance = np.trace(whole.covariance_points, axis1=1, axis2=2)[:, None, None]
+    variance = np.where(variance > 0, variance, 1)
+    for difference in (
+        (there - here) / sd,
+        (by_rays.covariance - whole.covariance) / np.outer(sd, sd),
+        (by_rays.covariance_points - whole.covariance_points) / variance,
+        (by_rays.points - whole.points) / np.sqrt(variance[..., 0]),
+    ):
+        assert np.abs(difference).max() < 2e-10
+
+
 def test_history_says_what_happened_and_full_steps_can_be_asked_for():
     network = small()
     found = bundle.adjust(network, SOME)

@@ -56,6 +56,7 @@ def test_time_and_memory_grow_with_the_rays_not_faster():
 def test_pairs_of_rays_in_portions_give_the_same(at_once, monkeypatch):
     """A portion may end amid the pairs of a ray, or of two photos."""
     network = networks.network(6, 20, 3.5, False)
+    monkeypatch.setattr(reduced, "WHOLE", 0)
     whole = bundle.adjust(network, networks.ESTIMATE)
     monkeypatch.setattr(reduced, "PAIRS_AT_ONCE", at_once)
     found = bundle.adjust(network, networks.ESTIMATE)
