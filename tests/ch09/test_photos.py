@@ -108,6 +108,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_folder_of_one_s_own_goes_the_same_way(folder, capsys):
     odd, even = photos.board(folder)
     assert "zz.png is left out: " in capsys.readouterr().out

@@ -37,6 +37,7 @@ def test_what_is_no_answer_is_refused_in_words(truth, key, value, words):
         lesson.judge(truth, truth.answer | {key: value})
 
 
+@pytest.mark.slow
 def test_the_wrong_reading_stands_out_in_every_net():
     for seed in range(30):
         _, truth = lesson.make(np.random.RandomState(seed))
