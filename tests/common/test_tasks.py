@@ -13,7 +13,7 @@ from tests import lesson_program
 DIGESTS: dict[str, str] = {
     "1": "26275fdd9fc45fec",
     "A1": "8d4ab486c7da7807",
-    "2": "9d353ccdc1ed4c8f",
+    "2": "7967e7ca917dbec7",
     "3": "858dc048250d52cd",
     "4": "55b1a2f7ca2f480d",
     "5": "945d3a680d1c4d2b",
