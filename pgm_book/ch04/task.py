@@ -13,12 +13,10 @@ from pgm_lab import frames, plot, rotation
 from pgm_lab.plot import space
 
 SIZE, PIXEL, PHOTOS = (4000, 3000), 0.004, 6  # the camera, pixels in mm; and how many
-SIDES = {"right": np.pi / 2, "left": -np.pi / 2}  # from forward, about the z axis down
 SD = np.radians(0.01) / np.sqrt(12)  # of an angle that is rounded to 0.01 degrees
 DOWN = np.array([[0, 1, 0], [1, 0, 0], [0, 0, -1]])  # north, east, down of E, N, up
 WANTED = {
     "angles": ("omega, phi, kappa in degrees, one row a photo", (PHOTOS, 3)),
-    "M": ("one M (3, 3) a photo", (PHOTOS, 3, 3)),
     "row": ("the row of the horizon in each photo", (PHOTOS,)),
 }
 
@@ -29,17 +27,20 @@ class Truth:
 
     drone: np.ndarray  # (6, 3): yaw, pitch, roll, with all digits
     written: np.ndarray  # the same, as the autopilot rounds it
-    side: float
-    below: float
+    mount: np.ndarray  # (3, 3), from the drone to the camera
     c: float  # mm
 
     def M(self, drone: np.ndarray) -> np.ndarray:
         """Rotation matrices (6, 3, 3) of the camera."""
-        return _mounted(self.side, self.below) @ _turned(drone) @ DOWN
+        return self.mount @ _turned(drone) @ DOWN
 
     def row(self, M: np.ndarray) -> np.ndarray:
         """Rows where the horizon crosses the middle column: (0, y, -c) is level."""
         return _rows(self.c * M[:, 2, 2] / M[:, 1, 2])
+
+    def answer(self, M: np.ndarray) -> dict[str, np.ndarray]:
+        """Return all that is asked, with these matrices."""
+        return {"angles": np.degrees(rotation.angles(M)), "row": self.row(M)}
 
     @property
     def sd(self) -> np.ndarray:
@@ -54,71 +55,57 @@ class Truth:
 
 def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     """Six photos of a drone that flies along a coast and looks to one side."""
-    side = list(SIDES)[chance.randint(2)]
-    below = round(chance.uniform(10, 20), 1)
+    side = np.radians(chance.choice([-1, 1]) * chance.uniform(50, 80))  # left or right
+    below = np.radians(chance.uniform(10, 20))
     c = round(chance.uniform(8.5, 9.5), 2)
     yaw = chance.uniform(0, 360, PHOTOS)
     pitch, roll = chance.uniform(2, 8, (2, PHOTOS)) * chance.choice([-1, 1], (2, 6))
     drone = np.column_stack([yaw, pitch, roll])
     written = np.round(drone, 2)
-    rows = [(k, *angles) for k, angles in enumerate(written, 1)]
-    form = "{}" + 3 * ",{:.2f}"
-    attitude = table("photo,yaw_deg,pitch_deg,roll_deg", form, rows)
-    camera = "looks,below_deg,c_mm,columns,rows,pixel_mm\n"
-    camera += f"{side},{below:.1f},{c:.2f},{SIZE[0]},{SIZE[1]},{PIXEL}\n"
-    truth = Truth(
-        np.radians(drone), np.radians(written), SIDES[side], np.radians(below), c
-    )
-    return {"attitude.csv": attitude, "camera.csv": camera}, truth
+    # The camera's right, its top, and away from what it sees
+    s, k = np.sin(below), np.cos(below)
+    ahead = np.array([[0, 1, 0], [s, 0, -k], [-k, 0, -s]])
+    mount = np.round(ahead @ rotation.matrix(0, 0, side), 9)
+    head, rows = "photo,yaw_deg,pitch_deg,roll_deg", enumerate(written, 1)
+    flight = table(head, "{}" + 3 * ",{:.2f}", ((n, *one) for n, one in rows))
+    axes = table("forward,right,down", "{:.9f},{:.9f},{:.9f}", mount + 0.0)
+    camera = table("c_mm,columns,rows,pixel_mm", "{:.2f},{},{},{}", [(c, *SIZE, PIXEL)])
+    files = {"attitude.csv": flight, "mount.csv": axes, "camera.csv": camera}
+    return files, Truth(np.radians(drone), np.radians(written), mount, c)
 
 
 def judge(truth: Truth, result: object) -> list[Part]:
-    """Return how far angles, matrices and rows are off in the worst photo."""
+    """Return how far angles and rows are off in the worst photo."""
     found, M = named(result, WANTED), truth.M(truth.drone)
     # Two matrices a small angle apart differ by the root of 2 times it, and the three
     # roundings together turn by the root of 3 times one
-    off = [
-        np.linalg.norm(one - M, axis=(1, 2)) / (np.sqrt(6) * SD)
-        for one in (_built(found["angles"]), found["M"])
-    ]
-    off.append(np.abs(found["row"] - truth.row(M)) / truth.sd)
-    return [Part(name, float(np.max(one))) for name, one in zip(WANTED, off)]
+    built = rotation.matrix(*np.radians(found["angles"]).T)
+    turned = np.linalg.norm(built - M, axis=(1, 2)) / (np.sqrt(6) * SD)
+    moved = np.abs(found["row"] - truth.row(M)) / truth.sd
+    return [Part("angles", float(turned.max())), Part("row", float(moved.max()))]
 
 
 def slips(truth: Truth) -> dict[str, dict]:
     """Return what the likeliest wrong programs give."""
-    drone, mount = truth.written, _mounted(truth.side, truth.below)
+    drone, mount = truth.written, truth.mount
     right = truth.M(drone)
-    signs = dict(zip(("yaw", "pitch", "roll"), drone * (1 - 2 * np.eye(3))[:, None]))
     other = {
         "Yaw, pitch and roll count from north, east and down, M from east, north"
         " and up. One more matrix stands between the two.": mount @ _turned(drone),
         "Yaw turns from north to east, about an axis that points down.": (
-            truth.M(signs["yaw"])
+            truth.M(drone * (-1, 1, 1))
         ),
-        "A positive pitch lifts the nose of the drone.": truth.M(signs["pitch"]),
-        "A positive roll lowers its right side.": truth.M(signs["roll"]),
         "The order: the drone makes yaw first, and the turn made first stands on the"
         " right.": mount @ _turned(drone, "first on the left") @ DOWN,
         "The file is in degrees; sine and cosine take radians.": (
             truth.M(np.degrees(drone))
         ),
-        "The camera looks below the plane of the drone's x and y axes, not above it.": (
-            _mounted(truth.side, -truth.below) @ _turned(drone) @ DOWN
-        ),
-        "To which side does the camera look? The drone's y axis points to its right.": (
-            _mounted(-truth.side, truth.below) @ _turned(drone) @ DOWN
-        ),
-        "The camera looks along its minus z axis, and its y axis points up.": (
-            np.diag([1, -1, -1]) @ right
-        ),
-        "The photo stands on its head: its y axis points up.": (
-            np.diag([-1, -1, 1]) @ right
-        ),
+        "The rows of mount.csv are new axes in the old frame: from where to where does"
+        " such a matrix lead?": mount.T @ _turned(drone) @ DOWN,
         "The direction: M leads from object space to the image.": right.swapaxes(1, 2),
     }
-    answers = {words: _answer(truth, M) for words, M in other.items()}
-    good = _answer(truth, right)
+    answers = {words: truth.answer(M) for words, M in other.items()}
+    good = truth.answer(right)
     wrong_rows = {
         "Rows are counted downwards, and y points up.": SIZE[1] - 1 - good["row"],
         "Row 0 is the middle of the first pixel: half a pixel.": good["row"] + 0.5,
@@ -131,24 +118,16 @@ def slips(truth: Truth) -> dict[str, dict]:
 
 
 def hint(truth: Truth, result: object) -> str:
-    """Return the hint to the slip that explains the first wrong part, M before all."""
-    found, good = named(result, WANTED), _answer(truth, truth.M(truth.written))
-
-    def first_wrong(answer: dict) -> str:
-        parts = "M", "angles"
-        return next((p for p in parts if not near(answer[p], good[p], 1e-4)), "row")
-
-    part = first_wrong(found)
+    """Return the hint to the slip that explains the first wrong part."""
+    found = named(result, WANTED)
+    part = next(one.name for one in judge(truth, result) if not one.holds)
     for words, wrong in slips(truth).items():
-        if first_wrong(wrong) == part and near(found[part], wrong[part], 1e-4):
+        if near(found[part], wrong[part], 1e-4):
             return words
-    if part == "row" and near(found[part], good[part].round(), 1e-4):
-        return "These are whole pixels: a row is wanted with its fraction."
     return {
-        "M": "Write M as three factors, and test each by the vectors that it must turn"
-        " into x, y or z: north-east-down, drone, camera.",
-        "angles": "M is right. Read the angles out of it, each in its quadrant.",
-        "row": "M is right. Of the rays (0, y, -c), which one has no height?",
+        "angles": "Write M as a product, and test each factor by the vectors that it"
+        " must turn into x, y or z: north-east-down, drone, camera.",
+        "row": "The angles are right. Of the rays (0, y, -c), which one has no height?",
     }[part]
 
 
@@ -179,32 +158,14 @@ def picture(truth: Truth, result: object) -> tuple[Figure, str]:
 
 def _turned(drone: np.ndarray, order: str = "") -> np.ndarray:
     """From north, east, down to the drone: yaw, then pitch, then roll (6, 3, 3)."""
-    nothing = np.zeros(len(drone))
     turns = [
-        rotation.matrix(drone[:, 2], nothing, nothing),
-        rotation.matrix(nothing, drone[:, 1], nothing),
-        rotation.matrix(nothing, nothing, drone[:, 0]),
+        rotation.matrix(*(drone[:, k] * np.eye(3)[2 - k][:, None])) for k in range(3)
     ]
-    roll, pitch, yaw = turns[::-1] if order else turns
+    yaw, pitch, roll = turns[::-1] if order else turns
     return roll @ pitch @ yaw
-
-
-def _mounted(side: float, below: float) -> np.ndarray:
-    """From the drone to the camera: its right, its top, and away from what it sees."""
-    s, c = np.sin(below), np.cos(below)
-    return np.array([[0, 1, 0], [s, 0, -c], [-c, 0, -s]]) @ rotation.matrix(0, 0, side)
 
 
 def _rows(y: np.ndarray) -> np.ndarray:
     """Rows of points (0, y) of a photo."""
     photo = np.column_stack([0 * y, y])
     return frames.photo_to_pixel(photo, SIZE, PIXEL)[:, 1]
-
-
-def _answer(truth: Truth, M: np.ndarray) -> dict[str, np.ndarray]:
-    """Return all that is asked, with these matrices."""
-    return {"angles": np.degrees(rotation.angles(M)), "M": M, "row": truth.row(M)}
-
-
-def _built(degrees: np.ndarray) -> np.ndarray:
-    return rotation.matrix(*np.radians(degrees).T)

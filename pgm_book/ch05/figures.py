@@ -323,3 +323,18 @@ def vertical_precision(base: float) -> tuple[float, float]:
     found = orientation.intersect(Camera(C), pair, image, sigma=SIGMA)
     sx, _, sz = np.sqrt(np.diag(found.covariance[0]))
     return float(sx), float(sz)
+
+
+def beside_rays(
+    points: np.ndarray, exteriors: np.ndarray, photos: np.ndarray, c: float
+) -> tuple[int, float]:
+    """How many points (n, 3) lie before both cameras, and how far one is from a ray."""
+    before, off = [], []
+    for exterior, xy in zip(exteriors, photos):
+        rays = np.insert(xy, 2, -c, axis=1) @ rotation.matrix(*exterior[3:])
+        rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
+        way = points - exterior[:3]  # from the station to each point
+        along = np.sum(way * rays, axis=1, keepdims=True)
+        before.append(along[:, 0] > 0)
+        off.append(np.linalg.norm(way - along * rays, axis=1))
+    return int(np.all(before, axis=0).sum()), float(np.max(off))

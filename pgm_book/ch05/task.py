@@ -15,8 +15,7 @@ from pgm_lab import plot, rotation
 SIGMA = 0.002  # mm, of an image coordinate
 NAMES = ["A", "B", "P", "Q", *map(str, range(1, 13))]  # A to B is the bar
 LEFT = np.zeros(6)
-LIKE = {"exterior": 1e-5, "distance": 0.01, "sd": 0.05}  # two answers of one slip
-UNIT = "X0 of the right photo is 1: it is the unit of the whole base."
+LIKE = {"exterior": 1e-3, "distance": 0.01, "sd": 0.05}  # two answers of one slip
 WANTED = {
     "exterior": ("X0, Y0, Z0, omega, phi, kappa of the right photo", (6,)),
     "distance": ("one number: from P to Q in metres", ()),
@@ -40,27 +39,24 @@ class Truth:
         """From P to Q in metres."""
         return _length(self.model, self.bar)
 
-    def precision(self, turns: bool = True, scale: bool = True) -> tuple:
+    def precision(self, known: bool = False) -> tuple:
         """Covariance (5, 5) of the right photo, and the sd of the distance in metres.
 
-        Both are those of an ideal adjustment; with `turns` false as if the photo were
-        known, with `scale` false as if the length of the bar in the model were.
+        Both are those of an ideal adjustment; or as if the right photo were `known`.
         """
         at = np.concatenate([self.exterior[1:], self.model.ravel()])
-        unit = self.bar / np.linalg.norm(self.model[1] - self.model[0])
+        first = 5 if known else 0
 
         def both(x: np.ndarray) -> np.ndarray:
             photos, points = (LEFT, np.insert(x[:5], 0, 1)), x[5:].reshape(-1, 3)
             return np.array([collinearity.project(e, points, self.c) for e in photos])
 
         def length(x: np.ndarray) -> np.ndarray:
-            points = x[5:].reshape(-1, 3)
-            alone = unit * np.linalg.norm(points[3] - points[2])
-            return np.array(_length(points, self.bar) if scale else alone)
+            return np.array(_length(x[5:].reshape(-1, 3), self.bar))
 
-        A = collinearity.derivatives(both, at)[:, 0 if turns else 5 :]
+        A = collinearity.derivatives(both, at)[:, first:]
         Q = SIGMA**2 * np.linalg.inv(A.T @ A)
-        J = collinearity.derivatives(length, at)[0, 0 if turns else 5 :]
+        J = collinearity.derivatives(length, at)[0, first:]
         return Q[:5, :5], float(np.sqrt(J @ Q @ J))
 
 
@@ -89,7 +85,7 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     )
     scale = np.array([base[0]] * 3 + [1] * 3)
     truth = Truth(exterior / scale, points / base[0], bar, c, image)
-    weak = truth.precision(turns=False)[1] > 0.8 * truth.precision()[1]
+    weak = truth.precision(known=True)[1] > 0.8 * truth.precision()[1]
     lost = np.abs(_solved(truth)["exterior"] - exterior / scale).max() > 0.1
     if weak or lost:  # it hardly matters that the right photo has errors, or is lost
         return make(chance)
@@ -113,47 +109,31 @@ def judge(truth: Truth, result: object) -> list[Part]:
 
 def slips(truth: Truth) -> dict[str, dict]:
     """Return what the likeliest wrong programs give."""
-    left, right = truth.image
     good = _solved(truth)
-    e, there = good["exterior"], slice(3, None)
-    exteriors = {
-        UNIT: np.array([*(e[:3] / np.linalg.norm(e[:3])), *e[there]]),
-        "The angles are wanted in radians.": np.array([*e[:3], *np.degrees(e[there])]),
-        "Left and right are exchanged: the left photo is held.": (
-            lines.relative(right, left, truth.c)
-        ),
-        "The camera looks along its minus z axis: so does the ray of an image point.": (
-            lines.relative(left, right, -truth.c)
-        ),
-        "M leads from object space to the image: the rays need the way back.": (
-            np.array([*e[:3], *rotation.angles(rotation.matrix(*e[there]).T)])
-        ),
-    }
-    wrong = {words: good | {"exterior": one} for words, one in exteriors.items()}
+    e, distance = good["exterior"], good["distance"]
     A, B = _model(truth, e)[:2]  # as measured
     unit = truth.bar / np.linalg.norm(B - A)  # metres
-    metres = {
+    wrong = {
+        "X0 of the right photo is 1: it is the unit of the whole base.": {
+            "exterior": np.append(e[:3] / np.linalg.norm(e[:3]), e[3:])
+        },
+        "The angles are wanted in radians.": {
+            "exterior": np.append(e[:3], np.degrees(e[3:]))
+        },
         "This is the length in the model, whose unit is X0 of the right photo: the bar"
-        " gives the scale.": 1 / unit,
-        "The scale is upside down.": 1 / unit**2,
-        "The bar is not one metre long.": 1 / truth.bar,
-        "Multiply by the length of the bar, and divide by its length in the model.": (
-            1 / truth.bar**2
-        ),
-        "Millimetres? The distance is wanted in metres.": 1000.0,
-    }
-    for words, factor in metres.items():
-        wrong[words] = good | {"distance": factor * good["distance"]}
-    deviations = {
-        "Millimetres? The standard deviation is wanted in metres.": 1000 * good["sd"],
-        "The bar is measured in the photos, too, and shares errors with P and Q: move"
-        " an image coordinate, and the scale moves.": truth.precision(scale=False)[1],
+        " gives the scale.": {"distance": distance / unit},
+        "The scale is upside down.": {"distance": distance / unit**2},
+        "The bar is not one metre long.": {"distance": distance / truth.bar},
+        "Millimetres? The standard deviation is wanted in metres.": {
+            "sd": 1000 * good["sd"]
+        },
         "The right photo is not free of error: move an image coordinate, and its five"
-        " numbers move, too.": truth.precision(turns=False)[1],
-        "This is the variance; its root is wanted.": good["sd"] ** 2,
-        "An image coordinate is off by 0.002 mm, not by 1 mm.": good["sd"] / SIGMA,
+        " numbers move, too.": {"sd": truth.precision(known=True)[1]},
+        "An image coordinate is off by 0.002 mm, not by 1 mm.": {
+            "sd": good["sd"] / SIGMA
+        },
     }
-    return wrong | {words: good | {"sd": sd} for words, sd in deviations.items()}
+    return {words: good | part for words, part in wrong.items()}
 
 
 def hint(truth: Truth, result: object) -> str:
@@ -161,17 +141,12 @@ def hint(truth: Truth, result: object) -> str:
     found, good = named(result, WANTED), _solved(truth)
     part = next(one.name for one in judge(truth, result) if not one.holds)
 
-    def apart(one: np.ndarray, other: np.ndarray) -> float:
-        return float(np.linalg.norm(one - other) / np.linalg.norm(other))
+    def alike(one: np.ndarray, other: np.ndarray) -> bool:
+        apart = np.linalg.norm(one - other) / np.linalg.norm(other)
+        return bool(apart < LIKE[part])
 
-    X0 = found["exterior"][0]
-    if part == "exterior" and X0:  # whatever unit it was adjusted in
-        scaled = found | {part: found[part] / (X0, X0, X0, 1, 1, 1)}
-        if judge(truth, scaled)[0].holds:
-            return UNIT
     for words, wrong in slips(truth).items():
-        same = apart(found[part], wrong[part]) < LIKE[part]
-        if same and apart(wrong[part], good[part]) > LIKE[part]:
+        if alike(found[part], wrong[part]) and not alike(good[part], wrong[part]):
             return words
     return {
         "exterior": "Are the boxes flat for what you found? Print all volumes: they"
@@ -185,29 +160,26 @@ def hint(truth: Truth, result: object) -> str:
 def picture(truth: Truth, result: object) -> tuple[Figure, str]:
     """Draw the points as your photos see them beside the true ones, in two views."""
     found = named(result, WANTED)
-    yours, true = _model(truth, found["exterior"]), truth.model
+    yours, true = (
+        model * truth.bar / np.linalg.norm(model[1] - model[0])
+        for model in (_model(truth, found["exterior"]), truth.model)
+    )
     fig, axes = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
-    for ax, down, name in zip(axes, (1, 2), ("from the front", "from above")):
-        for points, mark, words in ((true, "s", "true"), (yours, ".", "yours")):
-            at = points * truth.bar / np.linalg.norm(points[1] - points[0])
-            look = {"color": plot.BLACK, "mfc": "none", "ms": 10}
-            if words == "yours":
-                look = {"color": plot.BLUE, "ms": 8}
-                for pair, colour in ((at[:2], plot.GREEN), (at[2:4], plot.RED)):
-                    ax.plot(pair[:, 0], pair[:, down], color=colour, lw=2, zorder=1)
-            ax.plot(at[:, 0], at[:, down], mark, label=words, ls="", **look)
+    for ax, down, name in zip(
+        axes, (1, 2), ("from the front; squares: true", "from above")
+    ):
+        ax.plot(true[:, 0], true[:, down], "s", color=plot.BLACK, mfc="none", ms=10)
+        ax.plot(yours[:, 0], yours[:, down], ".", color=plot.BLUE, ms=8)
+        for k, colour in ((0, plot.GREEN), (2, plot.RED)):
+            ax.plot(yours[k : k + 2, 0], yours[k : k + 2, down], color=colour, lw=2)
         for k in range(4):
-            place = at[k, 0], at[k, down]
             aside = 6, -18 if k < 2 else 6  # A and B below, P and Q above
-            ax.annotate(NAMES[k], place, aside, textcoords="offset points", size=15)
+            at, look = true[k, [0, down]], {"textcoords": "offset points", "size": 15}
+            ax.annotate(NAMES[k], at, aside, **look)
         ax.set(xlabel="X in m", ylabel=f"{'XYZ'[down]} in m", title=name)
         ax.set_aspect("equal", adjustable="datalim")
-    fig.legend(
-        *axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2
-    )
-    true_one = f"(true: {truth.distance:.3f} m)"
-    distance, sd = found["distance"], 1000 * found["sd"]
-    fig.suptitle(f"P to Q: {distance:.3f} m ± {sd:.0f} mm {true_one}")
+    said = f"P to Q: {found['distance']:.3f} m ± {1000 * found['sd']:.0f} mm"
+    fig.suptitle(f"{said} (true: {truth.distance:.3f} m)")
     return fig, (
         "Sixteen points of a house in metres, from the front and from above: a black"
         " square where each is and a blue point, within it, where your rays meet. A"
@@ -219,11 +191,7 @@ def _solved(truth: Truth) -> dict[str, Any]:
     """Return the answer to the data, with the sd of an ideal adjustment."""
     exterior = lines.relative(truth.image[0], truth.image[1], truth.c)
     distance = _length(_model(truth, exterior), truth.bar)
-    return {
-        "exterior": exterior,
-        "distance": distance,
-        "sd": truth.precision()[1],
-    }
+    return {"exterior": exterior, "distance": distance, "sd": truth.precision()[1]}
 
 
 def _model(truth: Truth, exterior: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ DIGESTS: dict[str, str] = {
     "A1": "8d4ab486c7da7807",
     "2": "7967e7ca917dbec7",
     "3": "858dc048250d52cd",
-    "4": "55b1a2f7ca2f480d",
+    "4": "2e4ab81de0ecaa9c",
     "5": "945d3a680d1c4d2b",
     "6": "8e27bdaf0e2f4a08",
     "7": "64c386285ac8e1a4",
