@@ -204,8 +204,8 @@ def picture(truth: Truth, result: object) -> tuple[Figure, str]:
         outline(ax, (x, y), FIELD, colour, linewidth=2.5)
         ax.text(x - 17, y - 6, str(number), color=colour, fontsize=15, weight="bold")
     x, y = truth.points.T
-    arrows: Look = {"angles": "xy", "scale_units": "xy", "scale": 0.2, "color": plot.YELLOW}
-    ax.quiver(x, y, *truth.shifts(truth.points).T, **arrows)
+    arrows: Look = {"angles": "xy", "scale_units": "xy", "scale": 0.2}
+    ax.quiver(x, y, *truth.shifts(truth.points).T, color=plot.YELLOW, **arrows)
     ax.set(title="shifts, five times as long", xlabel="column (px)", ylabel="row (px)")
     ax.grid(False)
     return fig, (
