@@ -17,8 +17,8 @@ DIGESTS: dict[str, str] = {
     "3": "858dc048250d52cd",
     "4": "2e4ab81de0ecaa9c",
     "5": "945d3a680d1c4d2b",
-    "6": "8e27bdaf0e2f4a08",
-    "7": "64c386285ac8e1a4",
+    "6": "9138d798aa3b2c26",
+    "7": "512bf8e7c4a1437d",
     "8": "3a42aeabc8cbf82a",
     "9": "1df454052f2c3799",
 }
