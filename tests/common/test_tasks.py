@@ -19,7 +19,7 @@ DIGESTS: dict[str, str] = {
     "5": "945d3a680d1c4d2b",
     "6": "8e27bdaf0e2f4a08",
     "7": "64c386285ac8e1a4",
-    "8": "3a42aeabc8cbf82a",
+    "8": "e113e22b7202af10",
     "9": "1df454052f2c3799",
 }
 
