@@ -222,24 +222,28 @@ def named(result: Any, wanted: dict[str, tuple[str, Any]]) -> dict[str, Any]:
 
 
 def likeliest(
-    slips: Iterable[tuple[str, Mapping[str, Any]]],
+    slips: Mapping[str, Mapping[str, Any]],
+    right: Mapping[str, Any],
     found: Mapping[str, Any],
     wrong: Iterable[str],
     same: Callable[[str, Any, Any], bool],
 ) -> str:
     """Return the hint of the first slip that explains a wrong part, "" if none does.
 
-    A slip is a hint and the parts that it spoils; `same` compares two values of a part.
+    A slip is an answer in which some parts differ from the right one; `same` compares
+    two values of a part.
 
     Examples
     --------
-    >>> slips = [("Metres, not mm.", {"size": 0.007}), ("Its sign?", {"size": -7})]
-    >>> likeliest(slips, {"size": -7}, ["size"], lambda key, one, other: one == other)
+    >>> slips = {"Metres, not mm?": {"size": 0.007}, "Its sign?": {"size": -7}}
+    >>> equal = lambda key, one, other: one == other
+    >>> likeliest(slips, {"size": 7}, {"size": -7}, ["size"], equal)
     'Its sign?'
     """
-    for words, spoilt in slips:
-        if not spoilt.keys().isdisjoint(wrong):
-            if all(same(key, found[key], value) for key, value in spoilt.items()):
+    for words, slip in slips.items():
+        spoilt = [key for key in right if not same(key, slip[key], right[key])]
+        if not set(spoilt).isdisjoint(wrong):
+            if all(same(key, found[key], slip[key]) for key in spoilt):
                 return words
     return ""
 

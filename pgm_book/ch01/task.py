@@ -134,16 +134,11 @@ def _rms(off: np.ndarray) -> float:
 
 def slips(truth: Truth) -> dict[str, dict[str, Any]]:
     """Return what the likeliest wrong programs give."""
-    return {words: truth.answer | change for words, change in _changes(truth).items()}
-
-
-def _changes(truth: Truth) -> dict[str, dict[str, Any]]:
-    """Return what each slip changes in the right answer."""
     right, (columns, rows) = truth.answer, truth.image_size
     p, photo, zero = right["pixel_size"], right["photo"], right["zero"]
     x, y = right["axes"].split(", ")
     flip = {"up": "down", "down": "up", "right": "right"}
-    return {
+    changes: dict[str, dict[str, Any]] = {
         "Do its coordinates grow with the row?": {"axes": f"{flip[x]}, {flip[y]}"},
         "Which of its coordinates follows the column?": {"axes": f"{y}, {x}"},
         "The zero is off by half a pixel: the centre of the first pixel is (0, 0).": {
@@ -161,21 +156,31 @@ def _changes(truth: Truth) -> dict[str, dict[str, Any]]:
         "Those are places of the plan: measure them.": {"photo": truth.plan},
         ASIDE: {"photo": photo + (-p / 2, p / 2)},
     }
+    return {words: right | change for words, change in changes.items()}
 
 
 def hint(truth: Truth, result: object) -> str:
     """Return the hint to the first slip that explains a wrong value."""
     found, right = _read(result), truth.answer
     wrong = [part.name for part in judge(truth, result) if not part.holds]
-    near = {"zero": 0.1, "pixel_size": right["pixel_size"] / 5, "photo": 3 * truth.sd}
+    near = {
+        "zero": 0.1,
+        "pixel_size": right["pixel_size"] / 2000,
+        "photo": 3 * truth.sd,
+    }
 
     def same(key: str, one: Any, other: Any) -> bool:
         if key == "axes":
             return bool(one == other)
         return _rms(one - other) < near[key]
 
-    if words := likeliest(_changes(truth).items(), found, wrong, same):
+    if words := likeliest(slips(truth), right, found, wrong, same):
         return words
+    if (
+        "pixel_size" in wrong
+        and abs(found["pixel_size"] / right["pixel_size"] - 1) < 0.01
+    ):
+        return CLICKED
     off, away = found["photo"] - right["photo"], truth.plan - right["photo"]
     pull, aside = np.sum(off * away) / np.sum(away**2), off.mean(axis=0)
     if "photo" in wrong and _rms(off) > 50 * _rms(away):

@@ -138,16 +138,11 @@ def _read(result: object) -> dict[str, Any]:
 
 def slips(truth: Truth) -> dict[str, dict[str, Any]]:
     """Return what the likeliest wrong programs give."""
-    return {words: truth.answer | change for words, change in _changes(truth).items()}
-
-
-def _changes(truth: Truth) -> dict[str, dict[str, Any]]:
-    """Return what each slip changes in the right answer."""
     every, good, p, right = truth.km > 0, truth.good, 1 / truth.km, truth.answer
     heights, sd, size = right["heights"], right["sd"], right["size"]
     (spoiled, v, _), sigma0 = truth.adjusted(p, every), truth.adjusted(p, good)[2]
     largest = truth.lines[int(np.argmax(np.abs(v)))]
-    return {
+    changes: dict[str, dict[str, Any]] = {
         "The wrong reading is still among those that give the heights.": spoiled,
         "A longer line is less precise: does it get less weight?": (
             truth.adjusted(truth.km, good)[0]
@@ -173,6 +168,7 @@ def _changes(truth: Truth) -> dict[str, dict[str, Any]]:
         "A residual shows only a share of a blunder.": {"size": -1000 * v[truth.bad]},
         "The size is wanted in millimetres.": {"size": size / 1000},
     }
+    return {words: right | change for words, change in changes.items()}
 
 
 def hint(truth: Truth, result: object) -> str:
@@ -180,7 +176,7 @@ def hint(truth: Truth, result: object) -> str:
     found = _read(result)
     wrong = [part.name for part in judge(truth, result) if not part.holds]
     otherwise = f"Look again at {' and '.join(wrong)}. Which readings fit your heights?"
-    return likeliest(_changes(truth).items(), found, wrong, _same) or otherwise
+    return likeliest(slips(truth), truth.answer, found, wrong, _same) or otherwise
 
 
 def _same(key: str, one: Any, other: Any) -> bool:
