@@ -17,7 +17,8 @@ every machine. What a lesson asks stands in its ``task.py``, with four functions
 ``picture(truth, result)``
     The result beside the truth: a figure and what it shows.
 
-`grey` and `table` make what a file holds, `named` reads an answer of several parts.
+`grey` and `table` make what a file holds, `named` reads an answer of several parts,
+`likeliest` finds the slip that it looks like.
 """
 
 import hashlib
@@ -27,7 +28,7 @@ import shutil
 import sys
 import tempfile
 import weakref
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -218,6 +219,29 @@ def named(result: Any, wanted: dict[str, tuple[str, Any]]) -> dict[str, Any]:
         if shape is not None:
             found[name] = numbers(name, result[name], shape, words)[()]
     return found
+
+
+def likeliest(
+    slips: Iterable[tuple[str, Mapping[str, Any]]],
+    found: Mapping[str, Any],
+    wrong: Iterable[str],
+    same: Callable[[str, Any, Any], bool],
+) -> str:
+    """Return the hint of the first slip that explains a wrong part, "" if none does.
+
+    A slip is a hint and the parts that it spoils; `same` compares two values of a part.
+
+    Examples
+    --------
+    >>> slips = [("Metres, not mm.", {"size": 0.007}), ("Its sign?", {"size": -7})]
+    >>> likeliest(slips, {"size": -7}, ["size"], lambda key, one, other: one == other)
+    'Its sign?'
+    """
+    for words, spoilt in slips:
+        if not spoilt.keys().isdisjoint(wrong):
+            if all(same(key, found[key], value) for key, value in spoilt.items()):
+                return words
+    return ""
 
 
 # --- From a name to the values ---

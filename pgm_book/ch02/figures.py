@@ -259,7 +259,9 @@ def draw_surface(ax: Axes3D, r: np.ndarray, label: bool = True) -> tuple[int, in
 
 
 def summit(r: np.ndarray) -> None:
-    """Show three values of r along an axis, and ask where the hill is highest."""
+    """Show r beside its highest value in a map, and ask where the hill is highest."""
+    row, column = np.unravel_index(r.argmax(), r.shape)
+    r = r[row, column - 1 : column + 2]
     slope, bend = (r[2] - r[0]) / 2, 2 * r[1] - r[0] - r[2]
     t = np.linspace(-1.15, 1.15, 200)
     fig, ax = plt.subplots(figsize=(10, 3.6))

@@ -1,4 +1,4 @@
-"""Figures of registration by chips: the search, its map, where the chips lie."""
+"""Figures of registration by chips: the search, its map, what the shifts show."""
 
 from collections.abc import Mapping
 
@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from pgm_book.common.figures import outline
-from pgm_book.program.registration import best_shift, peak_of_parabola
+from pgm_book.program.registration import best_shift
 from pgm_lab import plot
 from pgm_lab.plot.basic import Look, grey_levels, interact, overlay
 
@@ -254,48 +254,7 @@ def chip_and_map(reference: np.ndarray, point: np.ndarray, r: np.ndarray) -> Non
     )
 
 
-# --- How are fifty shifts summed up? ---
-
-
-def chip_places(image: np.ndarray, points: np.ndarray) -> Figure:
-    """Draw the chips on their image, with their numbers."""
-    fig, ax = plt.subplots(figsize=(5.6, 5.2), layout="compressed")
-    ax.imshow(grey_levels(image, "image"), vmin=0, vmax=1)
-    ax.grid(False)
-    for point in points:
-        outline(ax, point, CHIP, plot.ORANGE, linewidth=1.6)
-    ax.set(xlabel="column (px)", ylabel="row (px)")
-    return fig
-
-
 # --- What lies between the pixels? ---
-
-
-def chip_parabola(r_left: float, r_middle: float, r_right: float) -> Figure:
-    """Draw the parabola through three correlations, its parts named."""
-    top = peak_of_parabola(r_left, r_middle, r_right)
-    slope, half = (r_right - r_left) / 2, (r_left + r_right) / 2 - r_middle
-    t = np.linspace(-1.35, 1.35, 200)
-    height = r_middle + slope * top + half * top**2
-    span = height - min(r_left, r_right)
-    fig, ax = plt.subplots(figsize=(10, 3.4))
-    ax.tick_params(labelsize=15)
-    ax.plot(t, r_middle + slope * t + half * t**2, color=plot.BLUE, label="parabola")
-    ax.plot((-1, 0, 1), (r_left, r_middle, r_right), "o", color=plot.BLACK, ms=13)
-    ax.vlines(top, 0, height, color=plot.RED, linestyle="--", label="peak, at t")
-    ax.plot(top, height, "X", color=plot.RED, markersize=15)
-    names = ("$r_{left}$", "$r_{middle}$", "$r_{right}$")
-    for x, r, name in zip((-1, 0, 1), (r_left, r_middle, r_right), names):
-        text: Look = {"textcoords": "offset points", "fontsize": 19, "ha": "right"}
-        ax.annotate(name, (x, r), (-12, 6), **text)
-    ax.set(ylim=(min(r_left, r_right) - 0.35 * span, height + 0.25 * span))
-    ax.set(
-        xlabel="t, shift from the highest whole pixel (px)",
-        ylabel="r",
-        xticks=(-1, 0, 1),
-    )
-    ax.legend(loc="upper right", fontsize=15)
-    return fig
 
 
 def darts(clouds: Mapping[str, np.ndarray], truth: np.ndarray) -> None:

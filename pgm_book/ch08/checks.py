@@ -252,7 +252,15 @@ def _search(function: Callable[..., object], *case: float) -> tuple[float, float
     """Disparity and r that a function finds in a scene that was moved."""
     column, row, window, low, high, shift = case
     right = scipy.ndimage.shift(scene(), (0, -shift), order=3, mode="mirror")
-    answer = answer_of(function, scene(), right, column, row, window, low, high)
+    try:
+        answer = answer_of(function, scene(), right, column, row, window, low, high)
+    except CheckFailed as failed:
+        if "shape" not in str(failed):
+            raise
+        raise CheckFailed(
+            "best_disparity: the right window is not as large as the left one. A slice"
+            " ends before its last number"
+        ) from None
     try:
         d, r = real(answer, "the answer").astype(float).reshape(2)
     except Exception:  # whatever a stranger's object raises

@@ -528,39 +528,6 @@ def height_errors(error: np.ndarray, sigma: float) -> None:
 # --- Where is the ground? ---
 
 
-def height_profile(loop: np.ndarray, book: np.ndarray, land: Landscape) -> None:
-    """Show points (n, 3) of a row by a loop, by pgm_lab, and truth."""
-    dots, line = (a[np.isfinite(a).all(axis=1)] for a in (loop, book))
-    both = np.concatenate([line, dots])
-    X = np.linspace(both[:, 0].min(), both[:, 0].max(), 600)
-    Y = np.polyval(np.polyfit(both[:, 0], both[:, 1], 1), X)
-    ground, top = land.at(land.dtm, X, Y).ravel(), land.at(land.dsm, X, Y).ravel()
-    fig, ax = plt.subplots(figsize=(10, 3.3), layout="constrained")
-    ax.fill_between(X, ground, top, color="0.78", label="house and trees, true")
-    ax.fill_between(X, ground.min() - 8, ground, color="0.5", label="ground, true")
-    look: Look = {"color": plot.SKY, "lw": 6, "label": "pgm_lab"}
-    ax.plot(book[:, 0], book[:, 2], **look)
-    ax.plot(
-        dots[:, 0],
-        dots[:, 2],
-        ".",
-        color=plot.RED,
-        ms=9,
-        label="a loop like yours",
-    )
-    ax.set(xlabel="X (m)", ylabel="Z (m)")
-    ax.set_ylim(ground.min() - 8, top.max() + 10)  # room for what hangs in the air
-    fig.legend(loc="outside lower center", ncols=4, handlelength=1.4)
-    off = np.abs(dots[:, 2] - land.at(land.dsm, dots[:, 0], dots[:, 1]).ravel())
-    plot.show(
-        fig,
-        f"Profile of true ground with a house and trees on it, and heights by two"
-        f" programs. {np.mean(off < 1) * 100:.0f} % of the {len(dots)} heights of the"
-        " first follow the surface within a metre, over roofs and crowns.",
-        colours=96,
-    )
-
-
 def terrain(dsm: Surface, dtm: Terrain, land: Landscape) -> None:
     """Show a measured surface and its terrain with contours, and how good they are."""
     rows, columns = dsm.z.shape

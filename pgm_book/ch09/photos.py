@@ -6,6 +6,7 @@ of one's own holds ``board/*.jpg``, the ``board.json`` that ``pgm_lab board`` wr
 lesson's loops stay short.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -304,6 +305,68 @@ def smaller(image: np.ndarray, k: int) -> np.ndarray:
     """The mean of each k x k pixels."""
     rows, columns = (n // k for n in image.shape)
     return image[: rows * k, : columns * k].reshape(rows, k, columns, k).mean((1, 3))
+
+
+def matches(
+    scene: Pair, points: list, correlation_map: Callable, match: Callable
+) -> np.ndarray:
+    """Left and right pixels (n, 4) of points, matched from coarse to fine.
+
+    `correlation_map` searches photos of 8 x 8 and 2 x 2 pixels averaged, and `match`
+    goes on with least squares. Points without texture, at an edge, or matched with a
+    standard deviation of 0.1 px or more are left out.
+    """
+    small, half = levels(scene), 30
+
+    def by_ncc(
+        k: int, point: np.ndarray, shift: np.ndarray, side: int, reach: int
+    ) -> np.ndarray:
+        """Shift (column, row) with the highest r, to k pixels."""
+        left, right = small[k]
+        p, q = at(k, point), at(k, point + shift)
+        template = cut(left, p, 2 * side + 1)
+        r = correlation_map(template, cut(right, q, 2 * (side + reach) + 1))
+        row, column = np.unravel_index(r.argmax(), r.shape)
+        return k * (q - p + (column - reach, row - reach))
+
+    found = []
+    whole = by_ncc(8, np.divide(scene.size, 2), np.zeros(2), 14, 16)
+    for point in np.asarray(points):
+        try:
+            shift = by_ncc(2, point, by_ncc(8, point, whole, 4, 6), 7, 5)
+            right = cut(scene.right, point + shift, 2 * half + 1)
+            trail, sigma0, Q = match(
+                scene.left, right, point, [half, 1, 0, half, 0, 1, 0, 1], 21
+            )
+        except (ValueError, np.linalg.LinAlgError):
+            continue  # at the edge, without texture, or no convergence
+        if sigma0 * np.sqrt(max(Q[0, 0], Q[3, 3])) < 0.1:
+            there = point + shift - half + trail[-1][[0, 3]]
+            found.append([*point, *there])
+    return np.array(found)
+
+
+def scatter(places: np.ndarray, disparity: np.ndarray) -> float:
+    """Standard deviation (px) of matches against the mean of their neighbours in a row.
+
+    The places are 10 px apart, so that no two windows share a pixel.
+    """
+    d = dict(zip(map(tuple, places), disparity))
+    sides = [[d.get((x + dx, y), np.nan) for dx in (-10, 10)] for x, y in d]
+    gap = disparity - np.mean(sides, axis=1)
+    return float(1.4826 * np.nanmedian(np.abs(gap)) / np.sqrt(1.5))
+
+
+def ply(points: np.ndarray, grey: np.ndarray) -> str:
+    """Text of a file of points that MeshLab, CloudCompare and Blender read."""
+    head = ["ply", "format ascii 1.0", f"element vertex {len(points)}"]
+    head += [f"property float {axis}" for axis in "xyz"]
+    head += [f"property uchar {name}" for name in ("red", "green", "blue")]
+    rows = [
+        "{:.4f} {:.4f} {:.4f}".format(*point) + f" {value:.0f}" * 3
+        for point, value in zip(points, grey)
+    ]
+    return "\n".join([*head, "end_header", *rows]) + "\n"
 
 
 def keep(name: str, text: str) -> None:

@@ -15,7 +15,6 @@ from pgm_book.program.orientation import relative
 from pgm_book.program.surface import base_length, flat_board
 from pgm_book.task import Part, named, table
 from pgm_lab import frames, plot
-from pgm_lab.orientation import absolute
 from pgm_lab.rotation import angles, matrix
 
 SIZE, CORNERS, SIGMA = (1200, 900), (8, 6), 0.15  # px; inner corners; px
@@ -44,40 +43,28 @@ class Truth:
         return Board("phone", self.board, SIZE, grid(*CORNERS))
 
     @cached_property
-    def _adjusted(self) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
+    def best(self) -> tuple[np.ndarray, np.ndarray]:
+        """Camera and its covariance for the stated sigma, the corners unknown."""
         xy = _xy(self.board)
         photo, point = np.indices(xy.shape[:2]).reshape(2, -1)
         rays = photo, point, xy.reshape(-1, 2), SIGMA * PIXEL[0]
-        return adjust(*rays, *self.seen.start, self.seen.grid)
-
-    @property
-    def best(self) -> tuple[np.ndarray, np.ndarray]:
-        """Camera and its covariance for the stated sigma, the corners unknown."""
-        camera, C, sigma0, _ = self._adjusted
+        camera, C, sigma0, _ = adjust(*rays, *self.seen.start, self.seen.grid)
         return camera, C / sigma0**2
-
-    @property
-    def shape(self) -> np.ndarray:
-        """How far each corner (n, 3) is off the board as printed, in squares."""
-        corners = self._adjusted[3]
-        return absolute(corners, self.seen.grid).apply(corners) - self.seen.grid
 
     @cached_property
     def flat(self) -> tuple[np.ndarray, np.ndarray]:
         """The same with the board as it was printed, which it is not."""
-        xy = _xy(self.board)
-        camera, C, _ = flat_board(xy, *self.seen.start, self.seen.grid)
-        return camera, C
+        return flat_board(_xy(self.board), *self.seen.start, self.seen.grid)[:2]
 
     @cached_property
     def sd(self) -> tuple[float, float]:
         """Standard deviations of c (px) and of the edge (m)."""
         camera, C = self.best
-        unknowns = np.concatenate([camera, self.cupboard.ravel()])
-        J = derivatives(
-            lambda u: np.array(_edge(u[10:].reshape(-1, 4), u[:10])), unknowns
-        )
-        J = J.ravel()
+
+        def edge(unknowns: np.ndarray) -> np.ndarray:
+            return np.array(_edge(unknowns[10:].reshape(-1, 4), unknowns[:10]))
+
+        J = derivatives(edge, np.append(camera, self.cupboard)).ravel()
         variance = J[:10] @ C @ J[:10] + SIGMA**2 * np.sum(J[10:] ** 2)
         return float(np.sqrt(C[0, 0]) / PIXEL[0]), float(np.sqrt(variance))
 
@@ -155,9 +142,7 @@ def _pixels(exterior: np.ndarray, points: np.ndarray, camera: np.ndarray) -> np.
 
 
 def _xy(pixels: np.ndarray) -> np.ndarray:
-    return frames.pixel_to_photo(pixels.reshape(-1, 2), SIZE, PIXEL).reshape(
-        pixels.shape
-    )
+    return frames.pixel_to_photo(pixels, SIZE, PIXEL)
 
 
 def _edge(cupboard: np.ndarray, camera: np.ndarray) -> float:
@@ -193,39 +178,29 @@ def _read(result: object) -> tuple[float, float, float]:
 
 def slips(truth: Truth) -> dict[str, dict[str, float]]:
     """Return what the likeliest wrong programs give."""
-    (camera, C), (bent, D) = truth.best, truth.flat
-    c, sd = camera[0] / PIXEL[0], np.sqrt(C[0, 0]) / PIXEL[0]
-    right = {"c": c, "sd": sd, "PQ": _edge(truth.cupboard, camera)}
+    camera, right = truth.best[0], _answer(truth, *truth.best)
     ideal = np.array([camera[0], *np.zeros(9)])
-    flat = bent[0] / PIXEL[0], np.sqrt(D[0, 0]) / PIXEL[0]
     return {
-        FLAT: {"c": flat[0], "sd": flat[1], "PQ": _edge(truth.cupboard, bent)},
+        FLAT: _answer(truth, *truth.flat),
         "The unit: c and its standard deviation are wanted in pixels.": (
-            right | {"c": c * PIXEL[0], "sd": sd * PIXEL[0]}
+            right | {name: right[name] * PIXEL[0] for name in ("c", "sd")}
         ),
-        "The diagonal of C holds variances.": right | {"sd": sd**2 * PIXEL[0]},
         "The diagonal of C holds variances, in mm²: its root comes first.": (
-            right | {"sd": sd**2}
+            right | {"sd": right["sd"] ** 2 * PIXEL[0]}
         ),
-        "The unit: PQ is wanted in metres.": right | {"PQ": 1000 * right["PQ"]},
         "PQ is upside down: it is longer than the rule.": (
             right | {"PQ": RULE**2 / right["PQ"]}
         ),
         "The points of the cupboard still have the distortion of the lens.": (
             right | {"PQ": _edge(truth.cupboard, ideal)}
         ),
-        "PQ is still in units of the model: what is the rule for?": (
-            right | {"PQ": right["PQ"] / _unit(truth.cupboard, camera)}
-        ),
     }
 
 
-def _unit(cupboard: np.ndarray, camera: np.ndarray) -> float:
-    """How many metres a unit of the model is."""
-    left, right = (without_lens(_xy(cupboard[:, k : k + 2]), camera) for k in (0, 2))
-    exterior = relative(left, right, camera[0])
-    base = base_length(exterior, left[:2], right[:2], camera[0], RULE)
-    return base / float(np.linalg.norm(exterior[:3]))
+def _answer(truth: Truth, camera: np.ndarray, C: np.ndarray) -> dict[str, float]:
+    """What a camera and its covariance give, as it is handed in."""
+    c, sd = camera[0] / PIXEL[0], np.sqrt(C[0, 0]) / PIXEL[0]
+    return {"c": c, "sd": sd, "PQ": _edge(truth.cupboard, camera)}
 
 
 def hint(truth: Truth, result: object) -> str:
@@ -244,26 +219,22 @@ def hint(truth: Truth, result: object) -> str:
 
 
 def picture(truth: Truth, result: object) -> tuple[Figure, str]:
-    """Draw both results beside the truth, and what a flat board would have given."""
+    """Draw both results beside the truth, and a flat board's."""
     c, sd, edge = _read(result)
-    fig, (one, other) = plt.subplots(1, 2, figsize=(10, 3.8), layout="constrained")
-    x, y = truth.seen.grid[:, :2].T
-    most = float(np.abs(truth.shape[:, 2]).max())
-    levels = np.linspace(-most, most, 13)
-    drawn = one.tricontourf(x, y, truth.shape[:, 2], levels, cmap="PuOr")
-    bar = fig.colorbar(drawn, ax=one, label="squares", location="bottom")
-    bar.set_ticks([-round(most, 3), 0, round(most, 3)])
-    one.set(aspect="equal", xticks=[], yticks=[])
-    one.set_title("the paper, off its plane")
-    off = (c - truth.c) / truth.sd[0], (edge - truth.edge) / truth.sd[1]
-    other.axhspan(-3, 3, color="0.9")
-    other.axhline(0, color=plot.ORANGE, label="true")
-    other.plot((0, 1), off, "o", color=plot.BLUE, ms=12, label="yours")
-    other.set_xticks([0, 1], [f"c = {c:.1f} px", f"PQ = {1000 * edge:.1f} mm"])
-    other.set(xlim=(-0.5, 1.5), ylim=(-5, 5), ylabel="error (standard deviations)")
-    other.legend()
+    flat = _answer(truth, *truth.flat)
+    true, scale = np.array([truth.c, truth.edge]), truth.sd
+    yours = (np.array([c, edge]) - true) / scale
+    bent = (np.array([flat["c"], flat["PQ"]]) - true) / scale
+    fig, ax = plt.subplots(figsize=(10, 4), layout="constrained")
+    ax.axvspan(-3, 3, color="0.9", label="± 3 standard deviations")
+    ax.axvline(0, color=plot.ORANGE, label="true")
+    ax.plot(yours, (1, 0), "o", color=plot.BLUE, ms=12, label="yours")
+    ax.plot(bent, (1, 0), "X", color=plot.RED, ms=12, label="by a flat board")
+    ax.set_yticks([1, 0], [f"c = {c:.1f} px", f"PQ = {1000 * edge:.1f} mm"])
+    ax.set(ylim=(-0.5, 1.5), xlabel="error (standard deviations)")
+    ax.legend()
     return fig, (
-        "Left, a map of how far the paper was off its plane, in squares. Right, the"
-        f" errors of c, {off[0]:.1f}, and of PQ, {off[1]:.1f} standard deviations, in a"
-        " band of three."
+        f"The errors of c, {yours[0]:.1f}, and of PQ, {yours[1]:.1f} standard"
+        f" deviations, in a band of three; by a flat board {bent[0]:.1f} and"
+        f" {bent[1]:.1f}."
     )

@@ -379,9 +379,8 @@ def _parts(
             array = _validate.real(part, what)
         except ValueError:
             raise CheckFailed(f"{name}: {what} must be numbers") from None
-        if array.shape != shape and array.size == np.prod(shape, dtype=int):
-            if len(shape) < 2:  # a column, or one number in brackets
-                array = array.reshape(shape)
+        if shape == () and array.size == 1:  # one number in brackets
+            array = array.reshape(shape)
         if array.shape != shape:
             raise CheckFailed(
                 f"{name}: {what} must have shape {shape} here; got {array.shape}."

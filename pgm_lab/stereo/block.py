@@ -12,8 +12,10 @@ import hashlib
 import json
 import multiprocessing
 import os
+import queue
 import shutil
 import socket
+import threading
 import time
 import traceback
 import warnings
@@ -33,7 +35,7 @@ from pgm_lab import __version__, _validate
 from pgm_lab.camera.photo import Photo
 from pgm_lab.io import files as _files
 from pgm_lab.stereo import slips
-from pgm_lab.stereo.dense import match_dense
+from pgm_lab.stereo.dense import match_dense, match_rows
 from pgm_lab.stereo.grid import Surface, gap_width, surface
 from pgm_lab.stereo.heights import intersect
 from pgm_lab.stereo.normal import epipolar_pair
@@ -193,6 +195,10 @@ def plot_block(
     cores = os.cpu_count() or 1
     workers = _validate.whole(cores if workers is None else workers, "workers", 1)
     matching = dict(_validate.mapping({} if matching is None else matching, "matching"))
+    try:  # or each pair would fail of its own
+        match_rows(*np.zeros((2, 50, 50)), **matching)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"matching: {error}") from None
     folder = Path(folder).absolute()
     if not folder.is_dir():
         raise FileNotFoundError(
@@ -454,8 +460,10 @@ def _row(task: Task, answer: Answer, attempts: int) -> PlottedPair:
 def _workers(client: Any, workers: int, folder: Path) -> Iterator[Plot]:
     """A function that plots somewhere; a cluster must see the folder."""
     if client is None:
-        with futures.ThreadPoolExecutor(workers) as threads:
-            work = plot_pair if workers == 1 else _in_a_process
+        with (
+            _in_processes(workers) as work,
+            futures.ThreadPoolExecutor(workers) as threads,
+        ):
             yield lambda task: threads.submit(work, task)
         return
     with _connected(client) as cluster:
@@ -469,11 +477,43 @@ def _workers(client: Any, workers: int, folder: Path) -> Iterator[Plot]:
             yield lambda task: executor.submit(plot_pair, task)
 
 
-def _in_a_process(task: Task) -> tuple[int, float]:
-    """Plot in a process of its own: if it dies, no other pair is lost."""
+@contextlib.contextmanager
+def _in_processes(number: int) -> Iterator[Callable[[Task], tuple[int, float]]]:
+    """A function that plots in so many processes; one is this process alone."""
+    if number == 1:
+        yield plot_pair
+        return
     spawn = multiprocessing.get_context("spawn")
-    with futures.ProcessPoolExecutor(1, spawn, cv2.setNumThreads, (1,)) as process:
-        return process.submit(plot_pair, task).result()
+    # Pools of one process: if it dies, no other pair is lost
+    start = functools.partial(futures.ProcessPoolExecutor, 1, spawn, _alone)
+    free: queue.SimpleQueue[futures.ProcessPoolExecutor] = queue.SimpleQueue()
+    for _ in range(number):
+        free.put(start())
+
+    def plot(task: Task) -> tuple[int, float]:
+        pool = free.get()
+        try:
+            return pool.submit(plot_pair, task).result()
+        except BrokenProcessPool:
+            pool.shutdown()
+            pool = start()
+            raise
+        finally:
+            free.put(pool)
+
+    try:
+        yield plot
+    finally:
+        for _ in range(number):
+            free.get().shutdown()
+
+
+def _alone() -> None:
+    """One thread, and no lock between processes, which one that is killed leaves."""
+    from tqdm.auto import tqdm
+
+    cv2.setNumThreads(1)
+    tqdm.set_lock(threading.RLock())
 
 
 @contextlib.contextmanager

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
+from pgm_lab._robust import SD_OF_MAD
 from pgm_lab.image.grey import eight_bit
 from pgm_lab.stereo.normal import NormalPair
 
@@ -141,9 +142,9 @@ def match_rows(
         of neighbouring residuals. Without `refine` it comes from the peak of the
         correlation alone, and is too small by a third or so. With "sgm" it allows for
         residuals that are large where slopes are, and contains what windows of half and
-        twice the area say differently, nearby and here, beyond their noise; for filled
-        cells it is how far least squares moves those nearby. An error that all windows
-        share, of the orientation or in y, is not in it.
+        twice the area say differently, nearby and here; for filled cells it is how far
+        least squares moves those nearby. An error that all windows share, of the
+        orientation or in y, is not in it.
 
     Raises
     ------
@@ -687,20 +688,18 @@ def _combined(
     at, sd, converged, whole = (
         np.where(ok, a, b) for a, b in zip(fine, small, strict=True)
     )
-    # The ground under a window is no plane, and the images differ by more than noise.
-    # Then windows of two sizes differ by more than noise lets them: by the difference
-    # of their variances (Hausman 1978). On curved ground an error grows as the area, so
-    # one of twice the area differs by the error itself; at edges a small one differs.
-    # Half is what they say nearby, half what they say here, where beyond two sd
-    beyond, noise = np.zeros_like(at), np.zeros_like(at)
-    for one, other in ((fine, large), (small, fine)):
-        variance = np.maximum(one.sd**2 - other.sd**2, 0)
-        differ = np.clip(one.d - other.d, -MAX_CORRECTION, MAX_CORRECTION)
-        beyond, noise = beyond + differ**2 - variance, noise + variance
-    nearby = _mean_around(beyond, ok, window)
-    here = np.where(ok, np.where(beyond > 3 * noise, beyond, 0), nearby)
-    excess = (nearby + here) / 2
-    return _Refined(at, np.sqrt(sd**2 + excess), converged, whole)
+    # A window of twice the area differs by half of the variance of noise (Hausman
+    # 1978), on curved ground, where errors grow as the area, by the error itself; the
+    # other half of noise is known. At edges a small one differs by more than noise.
+    # Here and nearby count alike; a square alone by its median
+    curved, edge = (
+        np.clip(one.d - other.d, -MAX_CORRECTION, MAX_CORRECTION) ** 2
+        for one, other in ((fine, large), (small, fine))
+    )
+    edge -= np.maximum(small.sd**2 - fine.sd**2, 0)
+    here = np.where(ok, SD_OF_MAD**2 * curved, sd**2)
+    nearby = _mean_around(curved, ok, window) + _mean_around(edge, ok, window)
+    return _Refined(at, np.sqrt((sd**2 + here + nearby) / 2), converged, whole)
 
 
 def _mean_around(a: np.ndarray, good: np.ndarray, window: int) -> np.ndarray:

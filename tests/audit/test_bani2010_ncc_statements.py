@@ -57,6 +57,7 @@ def turned(degrees):
     return windows(np.cos(np.radians(degrees)), np.sin(np.radians(degrees)))
 
 
+@pytest.mark.slow
 def test_r_suffers_from_geometry_and_from_brightness_only_where_it_is_not_linear():
     assert seen_again(turned(10)) == approx(0.63, abs=0.01)
     assert seen_again(turned(20)) == approx(0.15, abs=0.01)

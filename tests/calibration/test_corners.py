@@ -64,6 +64,7 @@ def test_a_corner_without_noise_is_found_to_a_thousandth_of_a_pixel(angle):
     assert found.blur[0] == pytest.approx(np.sqrt(0.8**2 + 1 / 12), abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("blur, angle", [(0.7, RIGHT), (1.5, np.radians(55))])
 def test_errors_are_as_large_as_predicted_and_smaller_than_those_of_opencv(blur, angle):
     rng = np.random.default_rng(3)

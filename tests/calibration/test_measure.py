@@ -21,6 +21,7 @@ def exif(orientation=1, focal=4.2, focal_35=26):
     return one
 
 
+@pytest.mark.slow
 def test_a_photo_held_upright_is_read_as_the_sensor_saw_it(tmp_path):
     grey = rendered.scene()[1][0].grey
     found = []

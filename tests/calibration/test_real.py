@@ -32,6 +32,7 @@ def found(photos):
     return {side: calibrate(photos[side], BOARD) for side in SIDES}
 
 
+@pytest.mark.slow
 def test_two_cameras_find_the_same_shape_of_the_board_and_it_is_not_flat(found):
     left, right = (found[side] for side in SIDES)
     for axis in range(3):

@@ -150,6 +150,7 @@ SLIPS = {
         (lambda a, b: round(ncc.correlation(a, b), 5), "rounded"),
         (lambda a, b: a * b, "must return one number here; got an array"),
         (lambda a, b: 0.5, "must give 1 or −1"),
+        (lambda a, b: np.sum(a @ b), r"ValueError.*pixel by pixel, with \*"),
         (lambda a, b: None, "returns nothing"),
     ],
     checks.shifted: [
@@ -220,6 +221,10 @@ SLIPS = {
         (lambda a, b, c: None, "returns nothing"),
     ],
     checks.correlation_map: [
+        (
+            lambda t, s: [np.sum(t * s[i : i + len(t), 9:]) for i in range(3)],
+            "ValueError.*as large as the template",
+        ),
         (filled(slice(0), slice(0)), "all zeros. Your turn!"),
         (filled(slice(1), slice(1)), r"only r\[0, 0\] is filled"),
         (filled(slice(1), slice(None)), "only the first row"),

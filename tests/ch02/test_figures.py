@@ -22,7 +22,7 @@ FIGURES = [
     (of_lesson.window_numbers, ({"g": FIVE, "dark": 255 - FIVE},), "dark: r = -1.00"),
     (of_lesson.window_numbers, ({"g": FIVE},), "A window of grey values"),
     (of_lesson.parts_of_r, (*SEARCH, 21, 81), "at the shift (-8, 0) px"),
-    (of_lesson.summit, ([0.5, 0.9, 0.7],), "dotted line at its top"),
+    (of_lesson.summit, (np.array([[0.1, 0.5, 0.9, 0.7]]),), "dotted line at its top"),
     (
         case_figures.locking,
         (np.linspace(-0.5, 0.5, 3), {"soft": np.array([0, 0.01, -0.02])}),

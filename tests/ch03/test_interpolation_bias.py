@@ -223,6 +223,7 @@ def test_eight_parameters_do_not_take_the_bias_away(kind, method):
     np.testing.assert_allclose(eight, two, rtol=0.05, atol=6e-4)
 
 
+@pytest.mark.slow
 @SOFT_AND_SHARP
 def test_the_script_still_says_what_the_table_does(kind):
     """Three textures: biases as of forty, within the scatter of textures."""

@@ -83,6 +83,7 @@ SOFT_AND_SHARP = pytest.mark.parametrize(
 )
 
 
+@pytest.mark.slow
 @SOFT_AND_SHARP
 def test_the_script_still_says_what_the_table_of_precision_does(kind):
     """1100 points: the ratios are uncertain by 1.5 per cent; five times that."""

@@ -15,6 +15,7 @@ def truth_of(name):
     return truth
 
 
+@pytest.mark.slow
 def test_an_answer_is_off_by_one_standard_deviation_and_never_by_three():
     off = []
     for name in NAMES:

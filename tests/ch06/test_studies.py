@@ -290,6 +290,7 @@ def chosen_photos(net, found):
     return [named(row, design.COLUMNS) for row in rows]
 
 
+@pytest.mark.slow
 def test_photos_from_one_station_are_refused(chosen_photos):
     """As rank deficient, which takes some hundred steps to show in real photos."""
     (again,) = [row for row in chosen_photos if row["case"] == "one station"]

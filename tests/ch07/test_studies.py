@@ -142,6 +142,7 @@ def test_alias_draws_towards_whole_pixels_as_sin_2_pi_s():
         assert np.corrcoef(*scatter)[0, 1] > 0.7
 
 
+@pytest.mark.slow
 def test_alias_repeated_at_a_quarter():
     for row in alias.rows(4, 0.0):
         same("alias", row, ("factor", "blur", "method", "fraction"), last=10)
@@ -227,6 +228,7 @@ def test_predicted_standard_deviations():
     assert numbers(parabola, "predicted_over_rms").max() < 0.75
 
 
+@pytest.mark.slow
 def test_precision_repeated():
     row = precision.row(0.7, (1, 2), 3, 15.0, "lsm", repeats=8)
     new = dict(zip(TABLES["precision"], map(str, row), strict=True))

@@ -7,6 +7,7 @@ from scipy.ndimage import map_coordinates
 from pgm_book.ch08 import checks as chapter8
 from pgm_book.common.checks import CheckFailed
 from pgm_book.program import stereo as textbook
+from pgm_book.program.registration import correlation
 from pgm_lab import ncc, stereo
 from pgm_lab.simulate import Landscape
 from tests.common.slips import unnamed
@@ -142,6 +143,13 @@ def to_the_other_side(left, right, column, row, window, low, high):
     return -d, r
 
 
+def too_short(left, right, column, row, window, low, high):
+    """`+ half` for `+ half + 1`, in the right window."""
+    rows = slice(row - window // 2, row + window // 2 + 1)
+    target = left[rows, column - window // 2 : column + window // 2 + 1]
+    return 0, correlation(target, right[rows, column - window // 2 : column + 3])
+
+
 def without_ends(left, right, column, row, window, low, high):
     d, r = search(left, right, column, row, window, low, high)
     return (low, r) if np.isnan(d) else (d, r)
@@ -161,6 +169,7 @@ def test_a_slip_of_the_search_is_named():
         (altered(lambda d, r, low: (np.nan, r)), "not that of the highest"),
         (to_the_other_side, "the wrong side"),
         (without_ends, "no peak"),
+        (too_short, "ends before its last number"),
     ]
     assert unnamed(chapter8.best_disparity, slips) == []
 

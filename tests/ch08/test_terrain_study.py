@@ -23,6 +23,7 @@ def value(product, kind, column="rmse", zone="all"):
     return float(table()[product, zone, kind][column])
 
 
+@pytest.mark.slow
 def test_small_part_repeats():
     stored = table(study.SAMPLE)
     found = [dict(zip(study.COLUMNS, row)) for row in study.rows(study.SAMPLE)]

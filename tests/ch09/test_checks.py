@@ -57,6 +57,7 @@ def flat(xy, camera, exteriors, grid, sign=-1, lens=True, moves=True, C=True, s=
     return u[:10], (sigma0**2 if C else 1) * Q[:10, :10], sigma0 if s else sigma0**2
 
 
+@pytest.mark.slow
 def test_a_slip_of_the_flat_board_is_named():
     def changed(**slip):
         return lambda *case: flat(*case, **slip)

@@ -13,6 +13,7 @@ import pytest
 from pgm_book.ch09 import photos
 from pgm_book.make.notebooks import FOLDER
 from pgm_book.make.student import tags
+from pgm_book.program import lsm
 from pgm_book.program.bundle import without_lens
 from pgm_book.program.camera import project
 from pgm_lab import calibration, datasets, frames, ncc
@@ -108,6 +109,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_folder_of_one_s_own_goes_the_same_way(folder, capsys):
     odd, even = photos.board(folder)
     assert "zz.png is left out: " in capsys.readouterr().out
@@ -141,6 +143,36 @@ def test_a_large_photo_is_reduced_and_its_corners_with_it(tmp_path):
     (tmp_path / "large.png").write_text("no photo")
     with pytest.raises(ValueError, match="cannot be read as a photo"):
         photos.read(tmp_path / "large.png")
+
+
+def test_matches_lie_where_the_truth_says_and_what_fails_is_left_out():
+    scene = photos.pair()
+    points = [*scene.ends, (3, 3)]  # the last window leaves the photo
+    found = photos.matches(scene, points, ncc.correlation_map, lsm.match)
+    np.testing.assert_array_equal(found[:, :2], scene.ends)
+    right = scene.exterior.copy()
+    right[:3] *= datasets.motorcycle().baseline / 1000 / np.linalg.norm(right[:3])
+    xy = project(right, scene.truth(found[:, :2]), scene.c)
+    there = frames.photo_to_pixel(xy, scene.size, photos.PIXEL)
+    assert np.abs(found[:, 2:] - there).max() < 0.5
+
+
+def test_the_scatter_of_neighbours_is_the_noise_of_a_sloping_surface():
+    x, y = np.meshgrid(np.arange(0, 600, 10), np.arange(0, 400, 10))
+    places = np.column_stack([x.ravel(), y.ravel()])
+    noise = np.random.default_rng(9).normal(0, 0.3, len(places))
+    noise[::20] = np.nan  # no match
+    found = photos.scatter(places, 40 + 0.1 * places[:, 0] + noise)
+    assert abs(found / 0.3 - 1) < 0.06  # 1700 triples, which overlap
+
+
+def test_a_file_of_points_is_read_as_any_program_reads_it():
+    points = np.array([(0.12344, -1, -2.5), (3, 4, -5.00006)])
+    text = photos.ply(points, np.array([7.0, 255]))
+    assert "element vertex 2" in text
+    back = np.loadtxt(text.splitlines(), skiprows=10)
+    np.testing.assert_allclose(back[:, :3], points, atol=0.00005)
+    assert back[:, 3:].tolist() == [[7] * 3, [255] * 3]
 
 
 def measured(turned):

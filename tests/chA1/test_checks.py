@@ -97,16 +97,13 @@ def test_slip_in_the_normal_equations_is_named():
     assert unnamed(chapterA1.normal_equations, slips) == []
 
 
-def test_a_column_and_a_number_in_brackets_pass(capsys):
-    def columns(A, p, observed):
-        x, v, s, Q = adjust(A, p, observed)
-        return [x[:, None], v[:, None], np.array([s]), Q]
-
-    chapterA1.adjust(columns)
-    chapterA1.normal_equations(
-        lambda A, p, d: (A.T @ np.diag(p) @ A, A.T @ np.diag(p) @ d[:, None])
-    )
-    assert capsys.readouterr().out.count("✓") == 2
+def test_a_number_in_brackets_passes_and_a_column_is_refused(capsys):
+    chapterA1.adjust(changed(2, lambda a, *_: np.array([a[2]])))
+    assert "✓" in capsys.readouterr().out
+    with pytest.raises(CheckFailed, match=r"n must have shape \(2,\) here"):
+        chapterA1.normal_equations(
+            lambda A, p, d: (A.T @ np.diag(p) @ A, A.T @ np.diag(p) @ d[:, None])
+        )
 
 
 def changed(place, of):

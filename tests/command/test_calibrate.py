@@ -76,6 +76,7 @@ def test_all_files_are_of_one_camera_which_is_the_true_one(there, tmp_path, caps
     stored.release()
 
 
+@pytest.mark.slow
 def test_no_pixel_size_gives_a_nominal_one(there, tmp_path, capsys):
     out = tmp_path / "c.json"
     words = ["--board", "board.json", "--camera", str(out), "--estimate", "c,x0,y0,K1"]

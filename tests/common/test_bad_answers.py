@@ -98,7 +98,11 @@ GOOD = {  # of checks of several answers: the others
 CHECKS = {full: one for full, one in checks() if full not in NO_CHECKS}
 
 
-@pytest.mark.parametrize("full", CHECKS)
+SLOW = {"ch09.checks.flat_board", "ch09.checks.surface_point"}  # they adjust each time
+ALL = [pytest.param(one, marks=[pytest.mark.slow] * (one in SLOW)) for one in CHECKS]
+
+
+@pytest.mark.parametrize("full", ALL)
 def test_a_check_names_what_fails_and_never_leaks(full):
     check, known, found = CHECKS[full], given(full), []
     for name in inspect.signature(check).parameters:

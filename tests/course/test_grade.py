@@ -168,6 +168,7 @@ def test_a_program_makes_good_for_a_notebook_and_the_other_way_round(place, clas
         assert points(both, place, "line") == (10, "")
 
 
+@pytest.mark.slow
 def test_a_task_is_judged_with_other_data_by_what_it_hands_in(place, class_of):
     assert points(class_of["Ani"], place, "task") == (20, "")
     assert points(class_of["Budi"], place, "task")[0] == 0

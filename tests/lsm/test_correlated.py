@@ -132,6 +132,7 @@ def table():
     return results.rows("ch03", "correlated")
 
 
+@pytest.mark.slow
 def test_the_script_still_says_what_the_table_of_cameras_does():
     *_, new = lsm_correlated.rows("all and sharpened", templates=(21,))
     old = next(

@@ -34,6 +34,7 @@ def sample(request):
     return request.param, *map(np.concatenate, zip(*parts)), found.redundancy
 
 
+@pytest.mark.slow
 def test_errors_are_as_large_as_the_covariance_says(sample):
     """Both coordinates with their correlation: the sum of e' C^-1 e.
 

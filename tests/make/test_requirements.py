@@ -6,6 +6,7 @@ import json
 import re
 import sys
 from collections import defaultdict
+from functools import cache
 
 import pytest
 from packaging.requirements import Requirement
@@ -166,6 +167,7 @@ def python_sources(place):
     return found
 
 
+@cache
 def imported(source):
     """The packages from elsewhere that some code imports, by their own names."""
     names = set()

@@ -32,6 +32,7 @@ def whole(found):
     return found
 
 
+@pytest.mark.slow
 def test_an_ordinary_pair_is_matched_turned_by_10_degrees_and_scaled_by_1_2():
     found = whole(matching.match(LEFT, RIGHT))
     e = errors(found)
@@ -89,6 +90,7 @@ def apart():
     return pair.left[there], simulate.photograph(right, 1.0, 3), truth
 
 
+@pytest.mark.slow
 def test_features_of_photos_from_far_apart_are_themselves_matched():
     """Between many edges in depth, where the default finds far fewer."""
     left, right, truth = apart()
@@ -114,6 +116,7 @@ def bent(bend):
     return simulate.photograph(grey, 1.0, 1), simulate.photograph(right, 1.0, 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("bend", "typical"), [(1e-9, 0.002), (1.2e-3, 0.05)])
 def test_the_sd_of_features_contains_what_a_curved_surface_does(bend, typical):
     found = matching.match(*bent(bend), number=400, start="wide")

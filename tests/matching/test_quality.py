@@ -106,6 +106,7 @@ def motorcycle():
     return found, np.array([order[tuple(p)] for p in at]), q
 
 
+@pytest.mark.slow
 def test_a_stereo_pair_has_at_most_5_per_cent_wrong_and_60_kept(motorcycle):
     wrong, wrong_kept, kept = shares(*motorcycle)
     assert wrong > 0.15  # there is something to tell

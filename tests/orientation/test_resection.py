@@ -122,6 +122,7 @@ def test_same_as_scipy_least_squares_on_the_projection(camera):
 FROM = (4, False), (6, False), pytest.param(10, True, marks=pytest.mark.slow)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n", "flat"), FROM)
 def test_covariance_predicts_the_scatter(n, flat):
     """Pooled squared Mahalanobis distances against chi-square.

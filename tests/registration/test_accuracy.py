@@ -59,6 +59,7 @@ def test_ce90_is_1_517_rmse_t_of_normal_shifts():
     assert found.ce90 / found.rmse_t == pytest.approx(1.5174271, abs=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mean", [(0.0, 0.0), (2.0, -1.0)])
 def test_predicted_deviations_are_those_of_repeated_samples(mean):
     """2000 samples give a standard deviation to 1/sqrt(4000), here to 3 of those."""

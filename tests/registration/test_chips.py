@@ -243,8 +243,14 @@ def fields(factor, seed, share=0.3, shift=(1, 2), blur=0.0, sigma=15.0):
     return pair.reference, sensed, points, changed
 
 
+SIZES = [
+    (2, 0.6),
+    *(pytest.param(*one, marks=pytest.mark.slow) for one in [(3, 0.7), (4, 0.8)]),
+]
+
+
 @pytest.mark.parametrize("refine", [None, "lsm"])
-@pytest.mark.parametrize(("factor", "least"), [(2, 0.6), (3, 0.7), (4, 0.8)])
+@pytest.mark.parametrize(("factor", "least"), SIZES)
 def test_most_changed_chips_are_named_and_hardly_any_other(refine, factor, least):
     """Those that are not lie where one of the two grounds has too little texture.
 

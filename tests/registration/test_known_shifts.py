@@ -33,6 +33,9 @@ def chips(image, kind, seed, n=50):
     return np.stack([x, y], axis=1)
 
 
+SLOW = pytest.mark.slow
+
+
 @cache
 def errors(factor, blur, kind, **how):
     """RMSE_T, largest mean and least share accepted over shifts and seeds."""
@@ -54,8 +57,9 @@ def errors(factor, blur, kind, **how):
     [
         (0.7, "picked", {}, 0.012, 0.004),
         (0.0, "picked", {}, 0.036, 0.03),  # with the alias
-        (0.0, "random", {}, 0.036, 0.03),
-        (0.7, "random", {}, 0.025, 1.0),  # some of them are weak
+        pytest.param(0.0, "random", {}, 0.036, 0.03, marks=SLOW),
+        # some of them are weak
+        pytest.param(0.7, "random", {}, 0.025, 1.0, marks=SLOW),
         (0.7, "random", {"largest_sd": 0.02}, 0.015, 0.004),  # its limit
     ],
 )
@@ -67,6 +71,7 @@ def test_a_hundredth_of_a_pixel_and_three_with_the_alias(
     assert rmse <= limit and mean <= limit_of_mean and share >= 0.7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [3, 4])
 def test_the_alias_is_why_both_images_are_smoothed(factor):
     """It pulls towards whole pixels, twice as far as all errors that are left."""
@@ -136,19 +141,18 @@ def real(factor, blur, sigma):
 FINE = textures(0.35, 10.0)
 LSM, NOT_SMOOTHED = {"refine": "lsm"}, {"refine": "lsm", "smooth": 0}
 PARABOLA, WHOLE = {"refine": "parabola"}, {"seeds": range(40)}
-SLOW = pytest.mark.slow
 PREDICTED = [  # with limits of both ratios
-    (textures(0.1, 2.0), LSM, 0.91, 1.1, 1.1),
+    pytest.param(textures(0.1, 2.0), LSM, 0.91, 1.1, 1.1, marks=SLOW),
     (FINE, LSM, 0.91, 1.1, 1.1),
     pytest.param(real(2, 0.7, 15.0), LSM, 0.83, 1.2, 1.2, marks=SLOW),
     (real(4, 0.7, 60.0), LSM, 0.83, 1.2, 1.2),
-    (FINE, NOT_SMOOTHED, 0.9, 1.1, 1.1),
-    (textures(0.2, 10.0), PARABOLA, 0.87, 1.15, 1.15),
+    pytest.param(FINE, NOT_SMOOTHED, 0.9, 1.1, 1.1, marks=SLOW),
+    pytest.param(textures(0.2, 10.0), PARABOLA, 0.87, 1.15, 1.15, marks=SLOW),
     (FINE, PARABOLA, 0.87, 1.35, 1.35),  # pixel locking
     (real(4, 0.7, 60.0), PARABOLA, 0.87, 1.15, 1.15),
     # The alias is no noise: part of it moves the window without a residual
     pytest.param(real(2, 0.0, 15.0), LSM, 0.9, 1.25, 1.3, marks=SLOW),
-    (real(4, 0.0, 15.0), LSM, 0.9, 1.25, 1.3),
+    pytest.param(real(4, 0.0, 15.0), LSM, 0.9, 1.25, 1.3, marks=SLOW),
     (textures(0.2, 2.0), WHOLE, 0.9, 1.1, 1.1),  # rounded
 ]
 

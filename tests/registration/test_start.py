@@ -79,6 +79,7 @@ def test_positions_at_random_agree_with_no_transformation():
     assert set(range(12)) <= set(_affine(points, places, 25))
 
 
+@pytest.mark.slow
 def test_two_places_have_no_start():
     """However much is searched: of 15 pairs none agrees by chance."""
     scenes = landsat().grey, (50 * yellowstone().grey.astype(np.uint16))
@@ -111,6 +112,7 @@ def test_errors_are_as_predicted_where_light_sharpness_and_shift_differ(how, amp
     assert np.mean(np.abs(z) > 3) < 0.05
 
 
+@pytest.mark.slow
 def test_a_local_model_follows_the_shift_and_says_how_closely():
     *pair, truth = uneven((3.0, -2.0))
     found = begun(pair, 400)[1]

@@ -93,6 +93,7 @@ def test_names_are_shown_as_they_are_and_never_as_markup(page):
     assert "<b>" not in source and MARKUP in "".join(Page(source).text)
 
 
+@pytest.mark.slow
 def test_names_with_mathematics_in_them_are_drawn_as_they_are(odd):
     """matplotlib takes what stands between dollars for a formula, and stumbles."""
     text = "".join(Page(report.html(odd)).text)

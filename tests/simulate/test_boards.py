@@ -67,6 +67,7 @@ def saddle(grey, start):
     return min(fits, key=lambda fit: fit.cost).x[:2] + (column, row)
 
 
+@pytest.mark.slow
 def test_corners_lie_where_they_are_said_to_be():
     """Measured independently: 0.005 px on the mean, single ones by rounded greys."""
     board = usual()

@@ -275,7 +275,8 @@ def test_how_wide_gaps_are_filled_is_passed_on(photos, serial, empty):
         ({"workers": 0}, ValueError, "workers must be a whole number, at least 1"),
         ({"merging": "sum"}, ValueError, "merging must be one of"),
         ({"photos": [1, 2]}, ValueError, "photos must be a sequence of camera.Photo"),
-        ({"matching": {"widow": 9}}, ValueError, "none of .* argument 'widow'"),
+        ({"matching": {"widow": 9}}, ValueError, "^matching: .* argument 'widow'"),
+        ({"matching": {"window": 8}}, ValueError, "^matching: window must be an odd"),
     ],
 )
 def test_bad_arguments_are_named(photos, empty, changed, error, words):

@@ -85,6 +85,7 @@ def plot(photos, folder, client):
     return stereo.plot_block(photos, PAIRS, folder, client=client, **NUMBERS)
 
 
+@pytest.mark.slow
 def test_a_cluster_writes_the_same_bytes_as_the_serial_run(
     cluster, photos, serial, tmp_path
 ):
@@ -145,6 +146,7 @@ def test_no_dask_and_no_scheduler_are_said(photos, tmp_path, monkeypatch):
         plot(photos, tmp_path, "tcp://127.0.0.1:8786")
 
 
+@pytest.mark.slow
 def test_a_cluster_without_workers_is_said(photos, folder, tmp_path, monkeypatch):
     monkeypatch.setattr(block, "PATIENCE", 0.2)
     with started(tmp_path, n_workers=0) as idle:

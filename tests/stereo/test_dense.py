@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.ndimage import binary_dilation, gaussian_filter
+import skimage.data
+from scipy.ndimage import binary_dilation, gaussian_filter, map_coordinates
 from tqdm import tqdm
 
 from pgm_lab import stereo
@@ -260,6 +261,30 @@ def test_ground_that_is_no_plane_makes_the_prediction_larger():
         good = match.status == 0
         ratios.append(rms((match.disparity - truth)[good]) / rms(match.sd[good]))
     assert ratios[0] > 3 and 0.4 < ratios[1] < 1.2
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.5])
+def test_few_errors_are_beyond_three_standard_deviations_where_texture_is_uneven(scale):
+    """Sharp joints between dull bricks on curved ground; by residuals alone a sixth."""
+    rows, columns = np.mgrid[:200, :260].astype(float)
+
+    def disparity(x):
+        return 3 + 3 * np.sin(x / 20) + 2 * np.cos(rows / 25)
+
+    x = columns
+    for _ in range(60):
+        x = columns + disparity(x)
+    wall = skimage.data.brick().astype(float)
+    left, right = (
+        map_coordinates(wall, scale * np.array([rows + 9, at + 9]), order=1)
+        for at in (columns, x)
+    )
+    match = stereo.match_rows(noisy(left, 2, 1), noisy(right, 2, 2))
+    error = match.disparity - disparity(columns)
+    z = (error / match.sd)[np.abs(error) < 1]
+    assert 0.8 < np.median(np.abs(z)) / 0.6745 < 1.25
+    assert np.mean(np.abs(z) > 3) < 0.05
+    assert np.nanmin(match.sd) > 0
 
 
 def test_glare_in_sixteen_bits_leaves_the_contrast_of_the_rest():

@@ -62,6 +62,7 @@ def relief(aerial):
     return aerial.landscape.dsm.min(), aerial.landscape.dsm.max()
 
 
+@pytest.mark.slow
 def test_a_simulated_flight_is_well_oriented(aerial):
     pair = stereo.epipolar_pair(aerial.left, aerial.right, relief(aerial))
     found = stereo.y_parallax(pair)
@@ -127,6 +128,7 @@ def test_photos_exchanged_with_their_orientations_are_as_good(photos):
     assert measured(*photos[::-1], number=40).verdict == "well oriented"
 
 
+@pytest.mark.slow
 def test_other_ground_and_water_have_too_few_points(photos):
     left, right = photos
     noise = np.random.default_rng(5).normal(90, 1, right.grey.shape).round()

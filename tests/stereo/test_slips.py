@@ -108,6 +108,7 @@ def test_wrong_heights_are_no_slip_where_photos_without_tilt_prove_nothing(photo
     assert slips.likely(level, "heights", np.array([580, 620]), pixels) == ""
 
 
+@pytest.mark.slow
 def test_right_photos_have_no_slip_and_bare_ones_prove_none(photos):
     scene = simulate.aerial_pair(part=(300, 200))
     strip = blocks.strip()[0]

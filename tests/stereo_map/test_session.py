@@ -308,6 +308,7 @@ def test_a_point_is_kept_once(oriented, measured):
         stereo_map.add(session, point)
 
 
+@pytest.mark.slow
 def test_the_same_photo_twice_has_no_base(pair):
     """However many points were measured: rounding decides where their rays meet."""
     session = stereo_map.open_pair(*[replace(pair.left, exterior=np.zeros(6))] * 2)
@@ -334,6 +335,7 @@ def test_a_pair_without_overlap_finds_next_to_nothing(pair):
 # --- What the program says of a point ---
 
 
+@pytest.mark.slow
 def test_the_base_of_a_model_has_its_sign(unknown):
     model = stereo_map.orient(unknown)
     assert "Model (base in x: 1): X" in drawing.lines(model, model.points[0])[-1]
