@@ -20,7 +20,7 @@ from pgm_lab import datasets, plot
 SIDE, WINDOW, POINTS, MARGIN = 480, 25, 80, 64
 NOISE = 1.8, 1.25  # grey values, of the left and of the darker right photo
 PIXEL, BLUR = 2.5, 2.5  # pixels of the orthophoto: a pixel of ours, and the lens
-FARTHEST, ENLARGED = 0.1, 400  # px; how much larger ellipses are drawn
+FARTHEST = 0.1  # px
 LOW, HIGH = stats.chi2.ppf([0.0005, 0.9995], 2 * POINTS) / (2 * POINTS)
 WANTED = {
     "positions": (f"column and row of each in px, ({POINTS}, 2)", (POINTS, 2)),
@@ -117,27 +117,23 @@ def judge(truth: Truth, result: object) -> list[Part]:
 def slips(truth: Truth) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return what the likeliest wrong programs give."""
     p, sigma0, Q = _solved(truth)
-    at, of = p[:, [0, 3]], np.ix_(range(POINTS), [0, 3], [0, 3])
-    cofactors, variance = Q[of], sigma0[:, None, None] ** 2
-    wrong_rows = Q[:, :2, :2] * variance
+    at, cofactors = p[:, [0, 3]], Q[:, ::3, ::3][:, :2, :2]
+    sigma0 = sigma0[:, None, None]
+    C = sigma0**2 * cofactors
+    found = truth.start.astype(float)
     return {
         "Q is not the covariance yet: it does not know the noise.": (at, cofactors),
         "The noise is counted once; a covariance has the unit px².": (
             at,
-            cofactors * np.sqrt(variance),
+            sigma0 * cofactors,
         ),
         "Those are the rows and columns of a0 and a1: the place is a0 and b0.": (
             at,
-            wrong_rows,
+            sigma0**2 * Q[:, :2, :2],
         ),
-        "Those are still the positions of correlation.": (
-            truth.start.astype(float),
-            cofactors * variance,
-        ),
-        "Column and row are exchanged: column first.": (
-            at[:, ::-1],
-            (cofactors * variance)[:, ::-1, ::-1],
-        ),
+        "Those are still the positions of correlation.": (found, C),
+        "Those are the points of the left photo.": (1.0 * truth.points, C),
+        "Column and row are exchanged: column first.": (at[:, ::-1], C),
     }
 
 
@@ -145,8 +141,6 @@ def hint(truth: Truth, result: object) -> str:
     """Return the hint to the slip that explains the result."""
     positions, covariances = _parts(result)
     lost = np.hypot(*(positions - truth.there).T).max() > FARTHEST
-    if lost and np.abs(positions - truth.points).max() < 0.05:
-        return "Those are the points of the left photo."
     for words, (at, C) in slips(truth).items():
         near = np.abs(positions - at).max() < 0.05
         size = np.trace(C, axis1=1, axis2=2).mean()
@@ -161,35 +155,20 @@ def hint(truth: Truth, result: object) -> str:
 
 
 def picture(truth: Truth, result: object) -> tuple[Figure, str]:
-    """Draw the ellipses in the right photo, and the errors by their covariances."""
+    """Draw the errors by their covariances, and the circle that holds 95 % of such."""
     positions, covariances = _parts(result)
     e = positions - truth.there
     whitened = np.linalg.solve(np.linalg.cholesky(covariances), e[..., None])[..., 0]
-    fig, (ax, ay) = plt.subplots(1, 2, figsize=(10, 4.6))
-    edges = (-0.5, SIDE - 0.5, SIDE - 0.5, -0.5)
-    few = truth.right.reshape(SIDE // 8, 8, -1, 8).mean(axis=(1, 3)) // 32
-    ax.imshow(few, extent=edges, interpolation="nearest")  # a small file
-    for place, C in zip(positions, covariances):
-        ax.plot(*(place + ENLARGED * _ellipse(C)).T, color=plot.ORANGE)
-    ax.set_title(f"ellipses of 95 %, enlarged {ENLARGED} times", fontsize=14)
-    ax.set_axis_off()
-    ay.plot(*_ellipse(np.eye(2)).T, color=plot.BLACK)
-    ay.plot(*whitened.T, "o", color=plot.BLUE)
-    ay.set(xlabel="first error / sd", ylabel="second error / sd", aspect="equal")
-    ay.set_title("your errors, and the circle of 95 %", fontsize=14)
     inside = np.sum(np.sum(whitened**2, axis=1) < stats.chi2.ppf(0.95, 2))
+    fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
+    plot.error_ellipse(ax, (0, 0), np.eye(2), color=plot.BLACK)
+    ax.plot(*whitened.T, "o", color=plot.BLUE)
+    ax.set(xlabel="first error / sd", ylabel="second error / sd", aspect="equal")
+    ax.set_title(f"{inside} of your {POINTS} errors in the circle of 95 %", fontsize=14)
     return fig, (
-        "Left, the right photo with the error ellipse of each point. Right, the errors"
-        f" divided by their standard deviations: {inside} of {POINTS} lie in the circle"
-        " of 95 %."
+        f"The errors of {POINTS} points divided by their standard deviations: {inside}"
+        " lie in the circle of 95 %."
     )
-
-
-def _ellipse(C: np.ndarray) -> np.ndarray:
-    """Return the outline (n, 2) of the 95 % ellipse of a covariance."""
-    t = np.linspace(0, 2 * np.pi, 61)
-    reach = np.sqrt(stats.chi2.ppf(0.95, 2))
-    return reach * np.column_stack([np.cos(t), np.sin(t)]) @ np.linalg.cholesky(C).T
 
 
 def _solved(truth: Truth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

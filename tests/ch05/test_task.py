@@ -1,6 +1,7 @@
 """The task of chapter 5: its tolerance follows from the noise."""
 
 import numpy as np
+import pytest
 
 from pgm_book import task as book
 from pgm_book.ch05 import task
