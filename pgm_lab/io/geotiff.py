@@ -430,7 +430,10 @@ def _read_gdal(path: Path, driver: str, name: str, band: int | None) -> dict[str
                     )
                 grey = file.read(number)
                 mask = np.broadcast_to(np.False_, grey.shape)
-                if MaskFlags.all_valid not in file.mask_flag_enums[number - 1]:
+                flags = file.mask_flag_enums[number - 1]
+                if flags == [MaskFlags.nodata] and grey.dtype.kind in "iu":
+                    mask = grey == file.nodatavals[number - 1]  # GDAL would read again
+                elif MaskFlags.all_valid not in flags:
                     mask = file.read_masks(number) == 0
                 found = _fields(file, number, grey, mask, name)
                 with (

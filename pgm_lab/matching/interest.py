@@ -1,5 +1,8 @@
 """Points of a photo that can be matched well: texture in all directions, spread out."""
 
+import itertools
+from collections.abc import Callable
+
 import cv2
 import numpy as np
 import scipy
@@ -7,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 
-STRIP = 4_000_000  # pixels at a time
+TILE = 1000  # pixels along a side of what is done at a time
 LSM_REACH = 10  # pixels around a template that `lsm.match` uses, and one to spare
 SHRINK = 1.2  # by which the cells shrink until there are enough points
 
@@ -19,6 +22,7 @@ def pick(
     *,
     margin: int | None = None,
     least: float = 0.01,
+    seen: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> np.ndarray:
     """Pick points whose templates have texture, spread over the photo.
 
@@ -39,6 +43,8 @@ def pick(
     least : float
         Smallest texture, as a share of that of the best points (the 95th percentile of
         all cells); between 0 and 1.
+    seen : function, optional
+        Which points (m, 2) the other image shows (m,): no others are picked.
 
     Returns
     -------
@@ -80,8 +86,8 @@ def pick(
     space = np.sqrt(grey.size / number)  # between points, if all were textured
     cell = max(2, half, int(space / 4))
     points, texture = _best_of_cells(grey, mask, template, margin, cell)
-    if not len(points):
-        return np.zeros((0, 2))
+    if seen is not None:
+        texture[~seen(points)] = 0
     good = texture >= max(least * np.percentile(texture, 95), np.finfo(float).tiny)
     points, texture = points[good], texture[good]
     order = np.argsort(-texture, kind="stable")
@@ -113,32 +119,27 @@ def _image(values: ArrayLike, name: str) -> tuple[np.ndarray, np.ndarray | None]
 def _best_of_cells(
     grey: np.ndarray, mask: np.ndarray | None, template: int, margin: int, cell: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Best point (m, 2) of each square cell, and its texture (m,); strip by strip."""
+    """Best point (m, 2) of each square cell, and its texture (m,); tile by tile."""
     rows, columns = grey.shape
     border = template // 2 + LSM_REACH  # what the texture of a pixel depends on
-    at_once = max(1, STRIP // (columns * cell)) * cell
+    side = max(1, TILE // cell) * cell
     points, texture = [], []
-    for top in range(0, rows, at_once):
-        first, end = max(0, top - border), min(rows, top + at_once + border)
-        part = _texture(
-            grey[first:end], None if mask is None else mask[first:end], template
-        )
-        row = np.arange(first, end)
-        part[(row < margin) | (row >= rows - margin)] = 0
-        part[:, :margin] = part[:, columns - margin :] = 0
-        part = part[top - first : top - first + at_once]
-        high, wide = (-n % cell for n in part.shape)
-        part = np.pad(part, ((0, high), (0, wide)))
-        wide = part.shape[1] // cell
-        of_cells = part.reshape(-1, cell, wide, cell).swapaxes(1, 2)
+    for corner in itertools.product(range(0, rows, side), range(0, columns, side)):
+        (y, top), (x, left) = ((max(0, at - border), at) for at in corner)
+        part = np.s_[y : top + side + border, x : left + side + border]
+        found = _texture(grey[part], None if mask is None else mask[part], template)
+        found = found[top - y :, left - x :][:side, :side]
+        for values, first, n in ((found, top, rows), (found.T, left, columns)):
+            at = first + np.arange(len(values))
+            values[(at < margin) | (at >= n - margin)] = 0
+        found = np.pad(found, [(0, -n % cell) for n in found.shape])
+        wide = found.shape[1] // cell
+        of_cells = found.reshape(-1, cell, wide, cell).swapaxes(1, 2)
         cells = of_cells.reshape(-1, wide, cell * cell)
         best = cells.argmax(axis=2)
         i, j = np.indices(best.shape)
-        points.append(
-            np.stack(
-                [j * cell + best % cell, top + i * cell + best // cell], -1
-            ).reshape(-1, 2)
-        )
+        at = np.stack([j * cell + best % cell, i * cell + best // cell], -1)
+        points.append((at + (left, top)).reshape(-1, 2))
         texture.append(cells.max(axis=2).ravel())
     return np.concatenate(points), np.concatenate(texture)
 

@@ -2,8 +2,8 @@
 
 import os
 from dataclasses import replace
+from functools import partial
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -11,6 +11,7 @@ from pgm_lab import _validate, matching
 from pgm_lab.image.grey import as_type
 from pgm_lab.io.geotiff import INSTALL, Raster, installed, same_crs, without_data
 from pgm_lab.io.text import read_table
+from pgm_lab.matching.interest import LSM_REACH
 
 ANY_MAP = "EPSG:3857"  # of two images whose map has no name
 EXACT = 1e-3  # px that a resampled position may be off
@@ -129,30 +130,23 @@ def pick(
                 f"{name} must have at least {chip} x {chip} pixels, as many as a chip;"
                 f" got {np.shape(one)}"
             )
-    if sensed is not None:
-        none = without_data(image)
-        mask = none | _unseen(image.shape, sensed, radius, offset)
-        if mask.all() and not none.all():
-            return np.zeros((0, 2))
-        image = np.ma.array(np.ma.getdata(image), mask=mask)
-    return matching.pick(image, number, chip, margin=chip // 2 + radius)
+    seen = (
+        None if sensed is None else partial(_seen, sensed, offset, chip // 2 + radius)
+    )
+    return matching.pick(image, number, chip, margin=chip // 2 + radius, seen=seen)
 
 
-def _unseen(
-    shape: tuple[int, ...], sensed: np.ndarray, radius: int, offset: np.ndarray
+def _seen(
+    sensed: np.ndarray, offset: np.ndarray, reach: int, points: np.ndarray
 ) -> np.ndarray:
-    """Where the sensed image has no data within the radius, in reference pixels."""
-    unseen = np.ones(shape, np.uint8)
-    across, down = np.round(np.clip(offset, -(2**31), 2**31)).astype(int)
-    left, top = max(0, -across), max(0, -down)
-    right = min(shape[1], sensed.shape[1] - across)
-    bottom = min(shape[0], sensed.shape[0] - down)
-    if left < right and top < bottom:
-        part = np.s_[top + down : bottom + down, left + across : right + across]
-        unseen[top:bottom, left:right] = without_data(sensed[part])
-    size = 2 * radius + 1
-    cv2.dilate(unseen, np.ones((size, size), np.uint8), unseen)
-    return unseen.view(bool)
+    """Whether the sensed image has data in all that is searched for points (m, 2)."""
+    at = np.round(points + offset)
+    seen = np.all((at >= reach) & (at + reach < sensed.shape[::-1]), axis=1)
+    for k in np.flatnonzero(seen):
+        left, top = np.maximum(at[k] - reach - LSM_REACH, 0).astype(int)
+        right, bottom = at[k].astype(int) + reach + LSM_REACH + 1
+        seen[k] = not without_data(sensed[top:bottom, left:right]).any()
+    return seen
 
 
 def read_points(path: str | os.PathLike, raster: Raster | None = None) -> np.ndarray:

@@ -90,9 +90,9 @@ def test_flat_and_lined_parts_have_no_points():
     assert len(pick(np.zeros((50, 60)), 10)) == 0
 
 
-def test_strips_change_nothing(monkeypatch):
+def test_tiles_change_nothing(monkeypatch):
     expected = pick(GREY, 100)
-    monkeypatch.setattr(interest, "STRIP", 1)
+    monkeypatch.setattr(interest, "TILE", 1)
     np.testing.assert_array_equal(pick(GREY, 100), expected)
 
 
