@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from pgm_book.common import results
 from pgm_book.program.lsm import match
-from pgm_lab import plot
+from pgm_lab import lsm, plot, simulate
 from pgm_lab.image import resample
 from pgm_lab.plot.basic import Look, interact
 
@@ -285,6 +285,23 @@ def real_error() -> None:
         f"Error of matches on a real photo, {error:.3f} px, and below it the standard"
         f" deviation that they predicted, {predicted:.3f} px.",
     )
+
+
+def cloud(
+    place: tuple[int, int], exact: Sequence[np.ndarray], affine: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Errors of 400 matches of one window with new noise each, and their covariance."""
+    tiles = 22.0 + 45 * np.stack(np.meshgrid(np.arange(20), np.arange(20)), -1)
+    tiles = tiles.reshape(-1, 2)  # the centres of 400 windows, side by side
+    there = affine @ np.array([*place, 1])
+    photos = []
+    for k, (grey, at) in enumerate(zip(exact, (np.array(place), there))):
+        column, row = np.rint(at).astype(int) - 22
+        part = grey[row : row + 45, column : column + 45]
+        photos.append(simulate.photograph(np.tile(part, (20, 20)), 1.5, [8, k]))
+    found = lsm.match(photos[0], photos[1], tiles, tiles)
+    errors = found.points - tiles - (there - np.rint(there))
+    return errors[found.accepted], np.median(found.covariance[found.accepted], axis=0)
 
 
 def ellipses(
