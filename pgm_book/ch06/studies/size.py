@@ -1,7 +1,8 @@
 """Time and memory of the bundle adjustment as the network grows, beside pycolmap.
 
 ``python -m pgm_book.ch06.studies.size`` writes results/size.csv in some minutes; it
-needs pycolmap. tests/ch06/test_size.py repeats a part.
+needs pycolmap. tests/ch06/test_size.py repeats a part. The table is the smaller of two
+runs of it, with pycolmap 4.2.1, on a machine of two cores that had other work, too.
 
 Seconds of the processor in one thread, all covariances included, the smallest of some
 runs. Networks, start values and the two settings of pycolmap are those of
