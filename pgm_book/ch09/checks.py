@@ -144,9 +144,8 @@ def new_photo(function: Callable) -> None:
         return project(exterior, board, camera[0]) - ideal
 
     def with_lens(xy: Any, camera: Any, board: Any, start: Any) -> float:
-        return textbook.new_photo(
-            xy - camera[1:3], np.array([camera[0], *np.zeros(9)]), board, start
-        )
+        plain = np.array([camera[0], *np.zeros(9)])
+        return textbook.new_photo(xy, plain, board, start)
 
     def at_start(xy: Any, camera: Any, board: Any, start: Any) -> float:
         off = project(start, board, camera[0]) - without_lens(xy, camera)
@@ -170,7 +169,7 @@ def new_photo(function: Callable) -> None:
                 np.sqrt(np.sum(left(*case) ** 2) / (2 * len(case[0]) - 6))
             )
         ),
-        "the image points still have the distortion of the lens": with_lens,
+        "the image points are not corrected for the lens yet": with_lens,
         "compare with the corrected image points": (
             lambda *case: float(
                 np.sqrt(np.mean((left(*case) + without_lens(*case[:2]) - case[0]) ** 2))

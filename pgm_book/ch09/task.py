@@ -220,11 +220,10 @@ def hint(truth: Truth, result: object) -> str:
 
 def picture(truth: Truth, result: object) -> tuple[Figure, str]:
     """Draw both results beside the truth, and a flat board's."""
-    c, sd, edge = _read(result)
+    c, _, edge = _read(result)
     flat = _answer(truth, *truth.flat)
-    true, scale = np.array([truth.c, truth.edge]), truth.sd
-    yours = (np.array([c, edge]) - true) / scale
-    bent = (np.array([flat["c"], flat["PQ"]]) - true) / scale
+    both = np.array([(c, edge), (flat["c"], flat["PQ"])])
+    yours, bent = (both - (truth.c, truth.edge)) / truth.sd
     fig, ax = plt.subplots(figsize=(10, 4), layout="constrained")
     ax.axvspan(-3, 3, color="0.9", label="± 3 standard deviations")
     ax.axvline(0, color=plot.ORANGE, label="true")
