@@ -17,6 +17,7 @@ SD = np.radians(0.01) / np.sqrt(12)  # of an angle that is rounded to 0.01 degre
 DOWN = np.array([[0, 1, 0], [1, 0, 0], [0, 0, -1]])  # north, east, down of E, N, up
 WANTED = {
     "angles": ("omega, phi, kappa in degrees, one row a photo", (PHOTOS, 3)),
+    "M": ("one M (3, 3) a photo", (PHOTOS, 3, 3)),
     "row": ("the row of the horizon in each photo", (PHOTOS,)),
 }
 
@@ -40,7 +41,7 @@ class Truth:
 
     def answer(self, M: np.ndarray) -> dict[str, np.ndarray]:
         """Return all that is asked, with these matrices."""
-        return {"angles": np.degrees(rotation.angles(M)), "row": self.row(M)}
+        return {"angles": np.degrees(rotation.angles(M)), "M": M, "row": self.row(M)}
 
     @property
     def sd(self) -> np.ndarray:
@@ -75,14 +76,17 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
 
 
 def judge(truth: Truth, result: object) -> list[Part]:
-    """Return how far angles and rows are off in the worst photo."""
+    """Return how far angles, matrices and rows are off in the worst photo."""
     found, M = named(result, WANTED), truth.M(truth.drone)
     # Two matrices a small angle apart differ by the root of 2 times it, and the three
     # roundings together turn by the root of 3 times one
     built = rotation.matrix(*np.radians(found["angles"]).T)
-    turned = np.linalg.norm(built - M, axis=(1, 2)) / (np.sqrt(6) * SD)
-    moved = np.abs(found["row"] - truth.row(M)) / truth.sd
-    return [Part("angles", float(turned.max())), Part("row", float(moved.max()))]
+    off = [
+        np.linalg.norm(one - M, axis=(1, 2)) / (np.sqrt(6) * SD)
+        for one in (built, found["M"])
+    ]
+    off.append(np.abs(found["row"] - truth.row(M)) / truth.sd)
+    return [Part(name, float(np.max(one))) for name, one in zip(WANTED, off)]
 
 
 def slips(truth: Truth) -> dict[str, dict]:
@@ -125,6 +129,7 @@ def hint(truth: Truth, result: object) -> str:
         if near(found[part], wrong[part], 1e-4):
             return words
     return {
+        "M": "The angles are right; M is what you read them from.",
         "angles": "Write M as a product, and test each factor by the vectors that it"
         " must turn into x, y or z: north-east-down, drone, camera.",
         "row": "The angles are right. Of the rays (0, y, -c), which one has no height?",

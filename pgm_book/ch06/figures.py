@@ -7,6 +7,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from pgm_book.program import bundle as textbook
+from pgm_book.program.camera import derivatives
 from pgm_lab import bundle, plot
 from pgm_lab.plot import space
 from pgm_lab.plot.basic import Look, interact
@@ -294,6 +295,41 @@ def curve(result: bundle.Bundle) -> None:
         " band, below 1 micrometre up to 6 millimetres, 2 at 10 millimetres, and"
         " opening quickly beyond the last measured point. Strokes mark the radii of"
         f" the rays: {far[0]} lie beyond 7 and {far[1]} beyond 8 millimetres.",
+    )
+
+
+def over_the_image(result: bundle.Bundle) -> None:
+    """Map the standard deviation of the correction, and show all residuals."""
+    camera, C = result.interior, result.covariance_interior
+    x, y = np.meshgrid(np.linspace(-10, 10, 41), np.linspace(-7.5, 7.5, 31))
+    grid = np.column_stack([x.ravel(), y.ravel()])
+    J = derivatives(lambda some: textbook.without_lens(grid, some), camera)
+    J = J.reshape(-1, 2, 10)[..., 3:]  # of the lens
+    sd = 1000 * np.sqrt(np.einsum("nij,jk,nik->n", J, C[3:, 3:], J)).reshape(x.shape)
+    xy, v = result.network.xy, result.residuals
+    panels: Look = {"layout": "constrained", "sharey": True}
+    fig, (left, right) = plt.subplots(1, 2, figsize=(10, 4.3), **panels)
+    left.plot(*xy.T, ".", color=plot.GREY, ms=4)
+    arrows: Look = {"angles": "xy", "scale_units": "xy", "scale": 1e-3, "width": 0.004}
+    left.quiver(*xy.T, *v.T, color=plot.RED, **arrows)
+    left.set_title("residuals, 1000 times as long")
+    lines = right.contour(x, y, sd, (0.25, 0.5, 1, 2, 4, 8), colors=plot.BLUE)
+    right.clabel(lines, fmt="%g µm", fontsize=13)
+    right.plot(*xy.T, ".", color=plot.GREY, ms=4)
+    right.set_title("standard deviation of the correction")
+    for ax in (left, right):
+        ax.set(aspect="equal", xlim=(-10, 10), ylim=(-7.5, 7.5), xlabel="x (mm)")
+        ax.set_xticks((-8, -4, 0, 4, 8))
+        ax.grid(False)
+    left.set_ylabel("y (mm)")
+    middle, edge = sd[12:19, 17:24].max(), sd[[0, 0, -1, -1], [0, -1, 0, -1]]
+    plot.show(
+        fig,
+        f"Two pictures of the image, 20 by 15 mm, with {len(xy)} image points, dense in"
+        " the middle and none in the corners. Left, their residuals in all directions,"
+        " most below half a micrometre. Right, lines of equal standard deviation of the"
+        f" lens correction: below {middle:.2f} µm in the middle, {edge.min():.0f} to"
+        f" {edge.max():.0f} µm in the corners.",
     )
 
 
