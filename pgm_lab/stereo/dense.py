@@ -692,11 +692,8 @@ def _combined(
     # 1978), on curved ground, where errors grow as the area, by the error itself; the
     # other half of noise is known. At edges a small one differs by more than noise.
     # Here and nearby count alike; a square alone by its median
-    curved, edge = (
-        np.clip(one.d - other.d, -MAX_CORRECTION, MAX_CORRECTION) ** 2
-        for one, other in ((fine, large), (small, fine))
-    )
-    edge -= np.maximum(small.sd**2 - fine.sd**2, 0)
+    curved = (fine.d - large.d) ** 2
+    edge = (small.d - fine.d) ** 2 - (small.sd**2 - fine.sd**2)
     here = np.where(ok, SD_OF_MAD**2 * curved, sd**2)
     nearby = _mean_around(curved, ok, window) + _mean_around(edge, ok, window)
     return _Refined(at, np.sqrt((sd**2 + here + nearby) / 2), converged, whole)
