@@ -30,8 +30,6 @@ class Accuracy:
         Standard deviation of the mean; NaN for one shift alone.
     rmse_x, rmse_y, rmse_t : float
         Root mean squares of the shifts, and of both together (Br 2-4), means included.
-    sd_rmse_t : float
-        Standard deviation of RMSE_T; NaN for one shift alone.
     ce90 : float
         Circular error: the 0.9 quantile of the lengths.
     ce90_normal : float
@@ -40,8 +38,6 @@ class Accuracy:
         Median shift.
     spread_x, spread_y : float
         Robust standard deviation: 1.4826 times the median absolute deviation.
-    robust_rmse_t : float
-        RMSE_T from medians and spreads, for shifts with blunders among them.
     shifts : ndarray (n, 2)
         The shifts (dx, dy) themselves.
     """
@@ -56,14 +52,12 @@ class Accuracy:
     rmse_x: float
     rmse_y: float
     rmse_t: float
-    sd_rmse_t: float
     ce90: float
     ce90_normal: float
     median_x: float
     median_y: float
     spread_x: float
     spread_y: float
-    robust_rmse_t: float
     shifts: np.ndarray = field(repr=False, compare=False)
 
     def times(self, pixel_size: ArrayLike) -> "Accuracy":
@@ -91,11 +85,6 @@ def accuracy(dx: ArrayLike, dy: ArrayLike) -> Accuracy:
     Accuracy
         In the same unit.
 
-    Notes
-    -----
-    For independent shifts, RMSE_T^2 is the mean of n squared lengths q, so that
-    sd(RMSE_T) = sd(q) / (2 RMSE_T sqrt(n)), whatever their distribution.
-
     References
     ----------
     Brahmantara 2015, (Br 2) to (Br 4); Greenwalt and Shultz 1962, the circular error.
@@ -122,12 +111,8 @@ def _summary(shifts: np.ndarray) -> Accuracy:
     rmse = np.sqrt(np.mean(shifts**2, axis=0))  # (Br 2), (Br 3)
     rmse_t = float(np.hypot(*rmse))  # (Br 4)
     length = np.hypot(*shifts.T)
-    sd, sd_of_square = np.full(2, np.nan), np.nan
-    if n > 1:
-        sd = shifts.std(axis=0, ddof=1)
-        sd_of_square = np.std(length**2, ddof=1)
+    sd = shifts.std(axis=0, ddof=1) if n > 1 else np.full(2, np.nan)
     spread = nmad(shifts, axis=0)
-    sd_rmse_t = sd_of_square / (2 * rmse_t * np.sqrt(n)) if rmse_t else 0 * sd_of_square
     of_both = {"mean": mean, "sd": sd, "sd_mean": sd / np.sqrt(n), "rmse": rmse}
     of_both |= {"median": median, "spread": spread}
     numbers: dict[str, Any] = {
@@ -138,10 +123,8 @@ def _summary(shifts: np.ndarray) -> Accuracy:
     return Accuracy(
         n=n,
         rmse_t=rmse_t,
-        sd_rmse_t=float(sd_rmse_t),
         ce90=float(np.quantile(length, 0.9)),
         ce90_normal=float(CE90_OF_RMSE * rmse_t),
-        robust_rmse_t=float(np.sqrt(np.sum(median**2 + spread**2))),
         shifts=shifts,
         **numbers,
     )

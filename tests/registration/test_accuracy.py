@@ -13,7 +13,7 @@ SHIFTS = st.integers(2, 30).flatmap(
 )
 LENGTHS = ["rmse_t", "ce90", "ce90_normal"]
 ALL = ["mean_x", "sd_y", "sd_mean_x", "rmse_x", "median_y", "spread_x"]
-ALL += ["robust_rmse_t", "sd_rmse_t", *LENGTHS]
+ALL += LENGTHS
 
 
 def normal(n, sigma=1.0, mean=(0.0, 0.0), seed=1):
@@ -29,8 +29,6 @@ def test_two_points_by_hand():
     assert found.rmse_t**2 == pytest.approx(25)
     assert found.sd_x**2 == pytest.approx(8)  # 2^2 + 2^2 over n - 1
     assert found.sd_mean_x == pytest.approx(2)
-    # lengths squared 5 and 45: sd 20 sqrt(2), over 2 RMSE_T sqrt(2)
-    assert found.sd_rmse_t == pytest.approx(20 / (2 * 5))
 
 
 @given(SHIFTS, st.floats(0, 2 * np.pi), st.floats(1e-3, 1e3))
@@ -59,24 +57,12 @@ def test_ce90_is_1_517_rmse_t_of_normal_shifts():
     assert found.ce90 / found.rmse_t == pytest.approx(1.5174271, abs=2e-3)
 
 
-@pytest.mark.parametrize("mean", [(0.0, 0.0), (2.0, -1.0)])
-def test_predicted_deviations_are_those_of_repeated_samples(mean):
-    """2000 samples give a standard deviation to 1/sqrt(4000), here to 3 of those."""
-    many = normal(2000 * 50, 0.5, mean, seed=4).reshape(2000, 50, 2)
-    found = [accuracy(*one.T) for one in many]
-    for name, sd in (("mean_x", "sd_mean_x"), ("rmse_t", "sd_rmse_t")):
-        sampled = np.std([getattr(one, name) for one in found])
-        predicted = np.sqrt(np.mean([getattr(one, sd) ** 2 for one in found]))
-        assert predicted / sampled == pytest.approx(1, abs=0.05)
-
-
 def test_robust_numbers_hold_with_a_fifth_of_blunders():
     good = normal(400, 0.1, (0.5, -0.2), seed=5)
     bad = good.copy()
     bad[:80] = np.random.default_rng(6).uniform(-3, 3, (80, 2))
     one, other = accuracy(*good.T), accuracy(*bad.T)
     assert other.rmse_t > 2 * one.rmse_t
-    assert other.robust_rmse_t == pytest.approx(one.rmse_t, rel=0.05)
     assert other.spread_x == pytest.approx(0.1, rel=0.5)
     assert one.spread_x == pytest.approx(0.1, rel=0.1)
 
@@ -84,9 +70,9 @@ def test_robust_numbers_hold_with_a_fifth_of_blunders():
 def test_one_shift_alone_and_no_shift_at_all():
     found = accuracy([0.3], [-0.4])
     assert found.rmse_t == found.ce90 == pytest.approx(0.5)
-    assert np.isnan([found.sd_x, found.sd_mean_y, found.sd_rmse_t]).all()
+    assert np.isnan([found.sd_x, found.sd_mean_y]).all()
     found = accuracy(np.zeros(5), np.zeros(5))
-    assert found.rmse_t == found.sd_rmse_t == found.ce90 == found.robust_rmse_t == 0
+    assert found.rmse_t == found.ce90 == 0
 
 
 @pytest.mark.parametrize("dx, dy", [([], []), ([1], [1, 2]), ([[1]], [[1]])])
