@@ -3,7 +3,12 @@
 One vocabulary for `ncc`, `lsm`, `matching`, `registration` and `stereo`.
 """
 
+import os
+from abc import abstractmethod
+
 import numpy as np
+
+from pgm_lab.io import files
 
 
 class Matched:
@@ -21,6 +26,33 @@ class Matched:
     def sd(self) -> np.ndarray:
         """Root (n,) of the mean variance of column and row, px; NaN unless accepted."""
         return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2) / 2)
+
+
+class Table(Matched):
+    """What the results of `matching` and `registration` share beyond that."""
+
+    @abstractmethod
+    def csv(self) -> str:
+        """Return the table that `save` writes."""
+
+    def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
+        """Save all points as a table, with the status of each.
+
+        Parameters
+        ----------
+        path : str or path
+            A file of comma-separated values (CSV); its first line names columns and
+            units. Missing values are empty. For the bundle, `observations.from_matches`
+            converts matches into observations, which can be saved too.
+        overwrite : bool
+            Whether a file of this name may be replaced.
+
+        Raises
+        ------
+        OSError
+            If the file exists already, or cannot be written; an old one stays.
+        """
+        files.save({path: self.csv()}, overwrite=overwrite)
 
 
 # Status: what it means, what helps

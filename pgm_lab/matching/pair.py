@@ -1,14 +1,13 @@
 """Match two of your own photos with one call."""
 
-import os
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, lsm, ncc
-from pgm_lab._statuses import Matched
-from pgm_lab.io import files, text
+from pgm_lab._statuses import Table
+from pgm_lab.io import text
 from pgm_lab.io.photo import Photo, read
 from pgm_lab.matching import _starts, _wide
 from pgm_lab.matching._correlate import correlate
@@ -28,7 +27,7 @@ LATTICE = 64  # points along a photo that are tested for being in the other one
 
 
 @dataclass(frozen=True, eq=False)
-class Match(Matched):
+class Match(Table):
     """Result of `match` for n points.
 
     Attributes
@@ -61,42 +60,6 @@ class Match(Matched):
     status: np.ndarray
     left_size: tuple[int, int]
     right_size: tuple[int, int]
-
-    def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
-        """Save all points as a table, with the status of each.
-
-        For the bundle, `observations.from_matches` converts matches into observations,
-        which can be saved too.
-
-        Parameters
-        ----------
-        path : str or path
-            A file of comma-separated values (CSV): the number of the point from 0, its
-            positions in pixels, the covariance of the right one in square pixels, r,
-            quality and status. Missing values are left empty.
-        overwrite : bool
-            Whether a file of this name may be replaced.
-
-        Raises
-        ------
-        OSError
-            If the file exists already, or cannot be written; an old one stays.
-
-        Examples
-        --------
-        >>> from tempfile import TemporaryDirectory
-        >>> from pgm_lab import matching, simulate
-        >>> pair = simulate.texture_pair(
-        ...     simulate.texture(seed=1), (120, 160), (3.5, 1, 0, -2.25, 0, 1)
-        ... )
-        >>> found = matching.match(*pair, [(60, 50), (4, 4)], start=[(64, 48), (7, 2)])
-        >>> with TemporaryDirectory() as folder:
-        ...     found.save(f"{folder}/found.csv")
-        ...     with open(f"{folder}/found.csv") as file:
-        ...         print(file.read().splitlines()[-1])
-        1,4.0,4.0,,,,,,,,template leaves the image
-        """
-        files.save({path: self.csv()}, overwrite=overwrite)
 
     def csv(self) -> str:
         """Return the table that `save` writes."""

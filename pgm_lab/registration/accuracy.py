@@ -40,8 +40,6 @@ class Accuracy:
         Median shift.
     spread_x, spread_y : float
         Robust standard deviation: 1.4826 times the median absolute deviation.
-    robust_rmse_t : float
-        RMSE_T from medians and spreads, for shifts with blunders among them.
     shifts : ndarray (n, 2)
         The shifts (dx, dy) themselves.
     """
@@ -63,7 +61,6 @@ class Accuracy:
     median_y: float
     spread_x: float
     spread_y: float
-    robust_rmse_t: float
     shifts: np.ndarray = field(repr=False, compare=False)
 
     def times(self, pixel_size: ArrayLike) -> "Accuracy":
@@ -126,8 +123,8 @@ def _summary(shifts: np.ndarray) -> Accuracy:
     if n > 1:
         sd = shifts.std(axis=0, ddof=1)
         sd_of_square = np.std(length**2, ddof=1)
-    spread = nmad(shifts, axis=0)
     sd_rmse_t = sd_of_square / (2 * rmse_t * np.sqrt(n)) if rmse_t else 0 * sd_of_square
+    spread = nmad(shifts, axis=0)
     of_both = {"mean": mean, "sd": sd, "sd_mean": sd / np.sqrt(n), "rmse": rmse}
     of_both |= {"median": median, "spread": spread}
     numbers: dict[str, Any] = {
@@ -141,7 +138,6 @@ def _summary(shifts: np.ndarray) -> Accuracy:
         sd_rmse_t=float(sd_rmse_t),
         ce90=float(np.quantile(length, 0.9)),
         ce90_normal=float(CE90_OF_RMSE * rmse_t),
-        robust_rmse_t=float(np.sqrt(np.sum(median**2 + spread**2))),
         shifts=shifts,
         **numbers,
     )

@@ -1,6 +1,5 @@
 """Chips of a reference image found in a sensed one by Pearson's correlation."""
 
-import os
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,8 +11,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, lsm, ncc
-from pgm_lab._statuses import STATUSES, Matched
-from pgm_lab.io import files, text
+from pgm_lab._statuses import STATUSES, Table
+from pgm_lab.io import text
 from pgm_lab.registration.accuracy import Accuracy, accuracy
 
 REFINEMENTS = ("parabola", "lsm")
@@ -50,7 +49,7 @@ COLUMNS = (
 
 
 @dataclass(frozen=True, eq=False)
-class Registration(Matched):
+class Registration(Table):
     """Where n chips of the reference image lie in the sensed one.
 
     Attributes
@@ -127,37 +126,6 @@ class Registration(Matched):
             " the same ground, their shift may be larger than the radius"
         )
 
-    def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
-        """Save all chips as a table, with the status of each.
-
-        Parameters
-        ----------
-        path : str or path
-            A CSV file; its first line names columns and units. Unknown values are
-            empty.
-        overwrite : bool
-            Whether a file of this name may be replaced.
-
-        Raises
-        ------
-        OSError
-            If the file exists already, or cannot be written; an old one stays.
-
-        Examples
-        --------
-        >>> from tempfile import TemporaryDirectory
-        >>> from pgm_lab import registration
-        >>> reference = np.random.default_rng(1).integers(0, 256, (100, 100))
-        >>> sensed = np.roll(reference, (2, -1), axis=(0, 1))
-        >>> found = registration.register(reference, sensed, [(50, 50), (5, 50)])
-        >>> with TemporaryDirectory() as folder:
-        ...     found.save(f"{folder}/shifts.csv")
-        ...     with open(f"{folder}/shifts.csv") as file:
-        ...         print(file.read().splitlines()[-1])
-        1,5.0,50.0,,,,,,,,template leaves the image
-        """
-        files.save({path: self.csv()}, overwrite=overwrite)
-
     def csv(self) -> str:
         """Return the table that `save` writes."""
         C = self.covariance
@@ -182,8 +150,6 @@ def register(
     smooth: float = 1.0,
     offset: ArrayLike | None = None,
     start: ArrayLike | None = None,
-    nodata: float | None = None,
-    noise: ArrayLike = (1.0, 1.0),
 ) -> Registration:
     """Find chips of the reference image in the sensed image, all in one call.
 
@@ -226,11 +192,6 @@ def register(
     start : array_like (n, 2), optional
         Shift expected at each point, such as that of `approximate`: the search is
         around it.
-    nodata : float, optional
-        Grey value that means "no data" in both images, often 0.
-    noise : array_like (2,)
-        Standard deviations of a grey value in the reference and in the sensed image.
-        Only their ratio is used.
 
     Returns
     -------
@@ -287,8 +248,8 @@ def register(
     if largest_sd is not None:
         largest_sd = _validate.positive_number(largest_sd, "largest_sd", "px")
     smooth = _validate.smoothing(smooth)
-    reference = _with_data(_validate.grey_image(reference, "reference"), nodata)
-    sensed = _with_data(_validate.grey_image(sensed, "sensed"), nodata)
+    reference = _validate.grey_image(reference, "reference")
+    sensed = _validate.grey_image(sensed, "sensed")
     if offset is None:
         if reference.shape != sensed.shape:
             raise ValueError(
@@ -307,7 +268,6 @@ def register(
     found = ncc.match(
         *(reference, sensed, points, start, chip, chip + 2 * radius, threshold, ratio),
         refine="parabola" if refine == "parabola" else None,
-        noise=noise,
     )
     place, covariance, status = found.points, found.covariance, found.status
 
@@ -321,7 +281,6 @@ def register(
             sensed,
             template=chip,
             threshold=max(threshold, 0.0),
-            noise=noise,
             smooth=smooth,
         )
         fine = match(points[k], place[k])
@@ -349,14 +308,6 @@ def register(
     dx, dy = (place - origin).T
     r, second = found.r, found.second
     return Registration(points, dx, dy, r, second, covariance, status, factor)
-
-
-def _with_data(image: np.ndarray, nodata: float | None) -> np.ndarray:
-    """The image, with what has the value `nodata` masked."""
-    if nodata is None:
-        return image
-    nodata = _validate.number(nodata, "nodata")
-    return np.ma.masked_where(np.ma.getdata(image) == nodata, image)
 
 
 # --- How far chips are off, beside what they predict ---

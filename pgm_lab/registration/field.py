@@ -31,8 +31,6 @@ class Field:
         Which of the points that were given fit the field.
     residuals : ndarray (n, 2)
         Field minus shift of all of them; what was used is predicted by the others.
-    standardized : ndarray (n, 2)
-        The same in its standard deviations.
     free : ndarray (n, 2)
         Share of each shift that the others do not determine: 1 where not used.
     sigma0 : ndarray (2,)
@@ -42,7 +40,6 @@ class Field:
 
     used: np.ndarray
     residuals: np.ndarray
-    standardized: np.ndarray
     free: np.ndarray
     sigma0: np.ndarray
     spline: "Spline" = field(repr=False)
@@ -169,7 +166,7 @@ def fit(points: np.ndarray, shifts: np.ndarray, sd: np.ndarray) -> Field | None:
         off[k], free[k] = spline.left_out, spline.free
         of_off[k] = spline.sigma0 * sd[k, None] / np.sqrt(spline.free)
         standardized = off / np.maximum(of_off, np.finfo(float).tiny)
-        found = Field(good, off, standardized, free, spline.sigma0, spline)
+        found = Field(good, off, free, spline.sigma0, spline)
         good = np.linalg.norm(standardized, axis=1) <= LIMIT
         if np.array_equal(found.used, good):
             break

@@ -14,7 +14,6 @@ from pgm_lab import _validate, image
 from pgm_lab.adjustment import UNCONTROLLED, adjust
 from pgm_lab.adjustment.result import residual_statistics
 from pgm_lab.image.grey import as_type
-from pgm_lab.image.resampling import METHODS
 from pgm_lab.io.geotiff import MAX_PIXELS, without_data
 from pgm_lab.registration import field as smooth_field
 from pgm_lab.registration.chips import Registration
@@ -34,9 +33,10 @@ MAX_ITERATIONS = 50  # of selecting the points that agree
 MAX_CONDITION = 1e12  # of the equations of a draw: above, its points lie on one line
 
 STRIP = 1_000_000  # pixels that are resampled at a time
-# Pixels around a point that its grey value depends on. For a spline these are all, but
-# the weight of a pixel falls to 0.27 of its neighbour's (0.43 of the quintic spline's).
-REACH = {"nearest": 1, "bilinear": 1, "cubic": 2, "spline3": 20, "spline5": 30}
+# Pixels around a point on which a cubic spline depends: the weight of a pixel falls to
+# 0.27 of its neighbour's
+REACH = 20
+AROUND = np.ones((4, 4), np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +63,6 @@ class Model:
         Number of coordinates used minus parameters.
     residuals : ndarray (n, 2)
         Of (dx, dy), computed - observed, in pixels; NaN where nothing was accepted.
-    redundancy_numbers : ndarray (n, 2)
-        Share of each coordinate in the redundancy; NaN unless used.
-    standardized : ndarray (n, 2)
-        Pope's tau; NaN unless used.
     used : ndarray (n,) of bool
         Accepted by the matching, and not a blunder.
     centre : ndarray (2,)
@@ -81,8 +77,6 @@ class Model:
     sigma0: float
     redundancy: int
     residuals: np.ndarray = field(repr=False)
-    redundancy_numbers: np.ndarray = field(repr=False)
-    standardized: np.ndarray = field(repr=False)
     used: np.ndarray = field(repr=False)
     centre: np.ndarray
     offset: np.ndarray
@@ -197,7 +191,7 @@ def fit(
 
     References
     ----------
-    Rousseeuw 1984, "Least median of squares regression"; Pope 1976 for tau.
+    Rousseeuw 1984, "Least median of squares regression".
 
     Examples
     --------
@@ -245,32 +239,28 @@ def fit(
         if np.array_equal(used, good):
             break
 
-    # Residuals in pixels, of all points; their statistics, of those used
-    residuals, redundancy, tau = np.full((3, len(found.points), 2), np.nan)
+    # Residuals in pixels, of all points; which of those used are controlled by others
+    residuals = np.full((len(found.points), 2), np.nan)
     residuals[k] = A @ adjusted.x - shifts
     u = k[used]
     weights = np.linalg.inv(found.covariance[u])
-    redundancy[u], w = residual_statistics(
+    shares, _ = residual_statistics(
         A[used], residuals[u], weights, adjusted.cofactor[None]
     )
-    if (alone := redundancy[u].sum(axis=1) <= UNCONTROLLED).any():
+    if (alone := shares.sum(axis=1) <= UNCONTROLLED).any():
         column, row = found.points[u][alone][0]
         raise ValueError(
             f"the point ({column:g}, {row:g}) alone determines a part of the affine"
             " transformation: all others lie on one line. Take points beside it,"
             " or fit a 'shift'"
         )
-    sigma0 = float(adjusted.sigma0)
-    tau[u] = w / (sigma0 if sigma0 > 0 else np.inf)
     return Model(
         kind,
         adjusted.x,
         adjusted.covariance,
-        sigma0,
+        float(adjusted.sigma0),
         int(adjusted.redundancy),
         residuals,
-        redundancy,
-        tau,
         np.isin(np.arange(len(found.points)), u),
         centre,
         offset,
@@ -289,20 +279,17 @@ def _local(
             f" {smooth_field.FEWEST} agree with their neighbours, or all lie on one"
             " line: a local model needs more. Take more points, or fit a 'shift'"
         )
-    residuals, redundancy, tau = np.full((3, n, 2), np.nan)
-    residuals[k], u = fitted.residuals, k[fitted.used]
-    redundancy[u], tau[u] = fitted.free[fitted.used], fitted.standardized[fitted.used]
+    residuals = np.full((n, 2), np.nan)
+    residuals[k] = fitted.residuals
     middle = points[fitted.used].mean(axis=0, keepdims=True)
     return Local(
         "local",
         fitted.at(middle)[0],
         np.diag(fitted.spline.sd_at(middle)[0] ** 2),
         float(np.sqrt(np.mean(fitted.sigma0**2))),
-        int(np.rint(redundancy[u].sum())),
+        int(np.rint(fitted.free[fitted.used].sum())),
         residuals,
-        redundancy,
-        tau,
-        np.isin(np.arange(n), u),
+        np.isin(np.arange(n), k[fitted.used]),
         np.zeros(2),
         offset,
         fitted,
@@ -355,10 +342,10 @@ def resample(
     sensed: ArrayLike,
     model: Model,
     shape: tuple[int, int],
-    *,
-    method: str = "spline3",
 ) -> np.ma.MaskedArray:
     """Resample the sensed image into the pixels of the reference image, strip by strip.
+
+    Grey values between pixels are those of a cubic spline, as in `image.resample`.
 
     Parameters
     ----------
@@ -368,15 +355,13 @@ def resample(
         From `fit`.
     shape : (int, int)
         (rows, columns) of the reference image.
-    method : {"nearest", "bilinear", "cubic", "spline3", "spline5"}
-        How grey values between pixels are found, as in `image.resample`.
 
     Returns
     -------
     MaskedArray (rows, columns)
         In the type of the sensed image, rounded and clipped to its range. Masked
-        outside the sensed image, and where one of the 4 x 4 pixels around has no data
-        (of the 2 x 2 if bilinear, the nearest if nearest); 0 under the mask.
+        outside the sensed image, and where one of the 4 x 4 pixels around has no data;
+        0 under the mask.
 
     Examples
     --------
@@ -400,7 +385,6 @@ def resample(
             f"shape asks for {rows} x {columns} pixels; the limit is {MAX_PIXELS}. It"
             " must be (rows, columns) of the reference image"
         )
-    method = _validate.choice(method, "method", METHODS)
     values = np.zeros((rows, columns), grey.dtype)
     mask = np.ones((rows, columns), bool)
     step = max(1, STRIP // columns)
@@ -408,7 +392,7 @@ def resample(
         strip = slice(top, min(top + step, rows))
         row, column = np.mgrid[strip, 0:columns]
         places = model.apply(np.stack([column, row], axis=-1))
-        _resample_strip(values[strip], mask[strip], grey, bad, places, method)
+        _resample_strip(values[strip], mask[strip], grey, bad, places)
     return np.ma.array(values, mask=mask)
 
 
@@ -418,7 +402,6 @@ def _resample_strip(
     grey: np.ndarray,
     bad: np.ndarray,
     places: np.ndarray,
-    method: str,
 ) -> None:
     """Write grey values into a strip, and clear its mask where there are any."""
     size = columns, rows = np.array(grey.shape[::-1])
@@ -428,9 +411,8 @@ def _resample_strip(
         return
     # Cut out the window of the sensed image that the strip depends on
     places = places[inside]
-    reach = REACH[method]
-    first = np.maximum(np.floor(places.min(axis=0)).astype(int) - reach, 0)
-    last = np.minimum(np.floor(places.max(axis=0)).astype(int) + reach + 2, size)
+    first = np.maximum(np.floor(places.min(axis=0)).astype(int) - REACH, 0)
+    last = np.minimum(np.floor(places.max(axis=0)).astype(int) + REACH + 2, size)
     first = np.minimum(first, last - 2)
     window = np.s_[first[1] : last[1], first[0] : last[0]]
     piece, holes, places = grey[window].astype(float), bad[window], places - first
@@ -438,24 +420,16 @@ def _resample_strip(
     if holes.any():
         if holes.all():
             return
-        known = ~_touches(holes, places, method)
+        # Where all of the 4 x 4 pixels around have data
+        near = cv2.dilate(holes.astype(np.uint8), AROUND, anchor=(1, 1))
+        column, row = places.astype(int).T
+        known = near[row, column] == 0
         # Fill the holes from their nearest pixels, or a spline would oscillate there
         nearest = scipy.ndimage.distance_transform_edt(
             holes, return_distances=False, return_indices=True
         )
         piece = piece[tuple(nearest)]
-    found = image.resample(piece, places[known], method)
+    found = image.resample(piece, places[known])
     k = np.flatnonzero(inside)[known]
     values.reshape(-1)[k] = as_type(found, grey.dtype)
     mask.reshape(-1)[k] = False
-
-
-def _touches(holes: np.ndarray, places: np.ndarray, method: str) -> np.ndarray:
-    """Whether any pixel that the value at each position depends on has no data."""
-    half, before, size = {"nearest": (0.5, 0, 1), "bilinear": (0, 0, 2)}.get(
-        method, (0, 1, 4)
-    )
-    square = np.ones((size, size), np.uint8)
-    near = cv2.dilate(holes.astype(np.uint8), square, anchor=(before, before))
-    column, row = np.floor(places + half).astype(int).T
-    return near[row, column] > 0

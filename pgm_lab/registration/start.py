@@ -185,20 +185,18 @@ def _reduced(image: np.ndarray, scale: int) -> np.ma.MaskedArray:
 
 
 def chance(
-    reference: ArrayLike,
-    sensed: ArrayLike,
-    points: ArrayLike,
-    start: ArrayLike,
-    chip: int = 21,
-    radius: int = 3,
+    reference: np.ndarray,
+    sensed: np.ndarray,
+    points: np.ndarray,
+    start: np.ndarray,
+    chip: int,
+    radius: int,
 ) -> float:
     """Pearson's r that one of a hundred chips reaches where it does not belong.
 
     Each chip is searched for at the place of another one, half of the list from it;
     `start` is where the points are in the sensed image. NaN if nothing was compared.
     """
-    points = _validate.point_list(points, "points")
-    start = _validate.point_list(start, "start", len(points))
     elsewhere = np.roll(start, len(start) // 2, axis=0)
     search = chip + 2 * radius
     r = ncc.match(reference, sensed, points, elsewhere, chip, search, -1.0, 1.0).r

@@ -22,13 +22,6 @@ LOSS_SCALE = 0.1  # px; larger residuals, as of wrong matches, count less and le
 MIN_POINTS = 6  # for a trend over the image, and to check it
 UNIT = 0.01  # of the base, or radians: unknowns in this unit have similar effects
 ELEMENTS = ("by", "bz", "omega", "phi", "kappa")
-VERDICTS = (
-    "well oriented",
-    "no trend",
-    "wrong orientation",
-    "photos exchanged",
-    "too few points",
-)
 
 
 @dataclass(frozen=True)
@@ -82,7 +75,7 @@ class YParallax:
         RMSE that all five elements together leave, in pixels: a new relative
         orientation. NaN without photos.
     verdict : str
-        One of `VERDICTS`: "well oriented", "no trend" (above 0.1 px, but random),
+        One of "well oriented", "no trend" (above 0.1 px, but random),
         "wrong orientation", "photos exchanged", "too few points".
     slip : str
         What was probably given in a wrong unit, such as angles in degrees or heights in

@@ -141,18 +141,17 @@ def _without_slip(
             for p in photos
         )
         yield words, (one, other), limits, CONVERGENCE
-    for change, what in ((np.r_[1, 1, FOOT], "Z of the stations"),
-                         (np.r_[FOOT, FOOT, FOOT], "the stations")):  # fmt: skip
+    # Feet
+    for what, cured, within in (
+        ("Z of the stations", changed(np.r_[1, 1, FOOT, 1, 1, 1]), limits),
+        ("the stations", changed(np.r_[np.full(3, FOOT), 1, 1, 1]), limits),
+        (f"the {along}", photos, limits * FOOT),
+    ):
         words = (
             f"Are {what} in feet? In metres, times {FOOT}, they fit what the images"
             " show"
         )
-        yield words, changed(np.r_[change, 1, 1, 1]), limits, ROUGH
-    words = (
-        f"Are the {along} in feet? In metres, times {FOOT}, they fit what the images"
-        " show"
-    )
-    yield words, photos, limits * FOOT, ROUGH
+        yield words, cured, within, ROUGH
     # Pixels
     for times in TIMES:
         one, other = (replace(p, pixel_size=times * p.pixel_size) for p in photos)

@@ -13,7 +13,7 @@ SHIFTS = st.integers(2, 30).flatmap(
 )
 LENGTHS = ["rmse_t", "ce90", "ce90_normal"]
 ALL = ["mean_x", "sd_y", "sd_mean_x", "rmse_x", "median_y", "spread_x"]
-ALL += ["robust_rmse_t", "sd_rmse_t", *LENGTHS]
+ALL += ["sd_rmse_t", *LENGTHS]
 
 
 def normal(n, sigma=1.0, mean=(0.0, 0.0), seed=1):
@@ -77,7 +77,6 @@ def test_robust_numbers_hold_with_a_fifth_of_blunders():
     bad[:80] = np.random.default_rng(6).uniform(-3, 3, (80, 2))
     one, other = accuracy(*good.T), accuracy(*bad.T)
     assert other.rmse_t > 2 * one.rmse_t
-    assert other.robust_rmse_t == pytest.approx(one.rmse_t, rel=0.05)
     assert other.spread_x == pytest.approx(0.1, rel=0.5)
     assert one.spread_x == pytest.approx(0.1, rel=0.1)
 
@@ -87,7 +86,7 @@ def test_one_shift_alone_and_no_shift_at_all():
     assert found.rmse_t == found.ce90 == pytest.approx(0.5)
     assert np.isnan([found.sd_x, found.sd_mean_y, found.sd_rmse_t]).all()
     found = accuracy(np.zeros(5), np.zeros(5))
-    assert found.rmse_t == found.sd_rmse_t == found.ce90 == found.robust_rmse_t == 0
+    assert found.rmse_t == found.sd_rmse_t == found.ce90 == 0
 
 
 @pytest.mark.parametrize("dx, dy", [([], []), ([1], [1, 2]), ([[1]], [[1]])])

@@ -129,31 +129,6 @@ def truth_of(model, kind):
     return (a0, *TRUTH[kind][1:3], b0, *TRUTH[kind][4:])
 
 
-def test_tau_is_the_residual_over_its_standard_deviation():
-    """Against the dense formula Qvv = C - B Q B', for all points at once."""
-    found = scene(n=40)
-    model = fit(found, "affine")
-    x, y = (found.points - model.centre).T
-    one, none = np.ones(40), np.zeros(40)
-    B = np.stack(
-        [
-            np.stack([one, x, y, none, none, none], axis=1),
-            np.stack([none, none, none, one, x, y], axis=1),
-        ],
-        axis=1,
-    ).reshape(80, 6)
-    P = np.zeros((80, 80))
-    for i, C in enumerate(found.covariance):
-        P[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = np.linalg.inv(C)
-    Qvv = np.linalg.inv(P) - B @ np.linalg.inv(B.T @ P @ B) @ B.T
-    v = model.residuals.ravel()
-    tau = P @ v / (model.sigma0 * np.sqrt(np.diag(P @ Qvv @ P)))
-    assert model.standardized.ravel() == pytest.approx(tau, rel=1e-6, abs=1e-9)
-    numbers = np.diag(Qvv @ P)
-    assert model.redundancy_numbers.ravel() == pytest.approx(numbers, abs=1e-9)
-    assert model.redundancy_numbers.sum() == pytest.approx(model.redundancy)
-
-
 @pytest.mark.parametrize("what", ["anything", "alike"])
 @pytest.mark.parametrize("where", ["anywhere", "corner"])
 @pytest.mark.parametrize("kind", TRUTH)
@@ -167,9 +142,6 @@ def test_forty_per_cent_of_blunders_do_no_harm(kind, where, what):
         assert np.sum(model.used) >= 0.97 * (100 - len(bad))
         assert error_at_corners(model, kind) < (0.02 if kind == "shift" else 0.06)
         assert model.sigma0 == pytest.approx(1, abs=0.25)
-        out = ~model.used
-        assert np.isnan(model.standardized[out]).all()
-        assert np.isnan(model.redundancy_numbers[out]).all()
         assert np.isfinite(model.residuals).all()
         assert model.redundancy == 2 * model.used.sum() - len(model.parameters)
 
@@ -230,4 +202,3 @@ def test_equal_whole_shifts_have_no_residuals_and_no_warning():
     found.dx[:], found.dy[:] = 1.0, -2.0
     model = fit(found)
     assert model.sigma0 == 0 and model.parameters == pytest.approx((1, -2))
-    assert np.all(model.standardized == 0)
