@@ -15,6 +15,7 @@ from pgm_lab import plot
 SIGMA0 = 0.002  # m, of a line of 1 km
 MARKS = "ABCDEFG"
 KNOWN = 100.0  # m, the height of A
+LIMIT = 3.29  # of |w|
 WANTED: dict[str, tuple[str, Any]] = {
     "heights": ("six numbers, for B, C, D, E, F and G, in m", (6,)),
     "sd": ("six numbers, for B, C, D, E, F and G, in mm", (6,)),
@@ -59,10 +60,10 @@ class Truth:
         A = _design(self.lines)[used, 1:]
         return adjustment.redundancy_numbers(A, 1 / self.km[used])
 
-    def suspect(self, used: np.ndarray) -> int:
-        """Row that Baarda's test suspects among some lines, or -1."""
+    def tested(self, used: np.ndarray) -> np.ndarray:
+        """Baarda's |w| of some lines."""
         v = self.adjusted(1 / self.km, used)[1]
-        return adjustment.suspect(v, self.sigma[used], self.share(used))
+        return np.abs(v) / (self.sigma[used] * np.sqrt(self.share(used)))
 
     @property
     def answer(self) -> dict[str, Any]:
@@ -90,9 +91,11 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
         errors[bad] += size / 1000
         observed = np.round(_design(lines) @ heights + errors, 4)
         truth = Truth(lines, km, observed, heights, bad, float(size))
-        v = truth.adjusted(1 / km, km > 0)[1]
-        by_sigma = np.argmax(np.abs(v) / truth.sigma) == bad  # it must need r
-        found = truth.suspect(km > 0) == bad and truth.suspect(truth.good) == -1
+        w = truth.tested(km > 0)
+        by_sigma = np.argmax(w * np.sqrt(truth.share(km > 0))) == bad  # it must need r
+        # At a mark of two lines both have the same |w|, and neither can be named
+        alone = np.delete(w, bad).max() < 0.75 * w[bad]
+        found = alone and w[bad] > LIMIT > truth.tested(truth.good).max()
         if found and not by_sigma and _right(truth, truth.answer):
             if not any(_right(truth, one) for one in slips(truth).values()):
                 break
@@ -151,6 +154,7 @@ def slips(truth: Truth) -> dict[str, dict[str, Any]]:
             truth.adjusted(p**0, good)[0]
         ),
         "The heights begin at a known one.": {"heights": heights - KNOWN},
+        "The heights are wanted in metres.": {"heights": 1000 * heights},
         "The known height goes to the other side of its equations with a minus.": {
             "heights": heights - 2 * KNOWN
         },
