@@ -176,11 +176,13 @@ def mirror(computed: np.ndarray, printed: np.ndarray) -> None:
     fig, ax = plt.subplots(figsize=(5.4, 4.5))
     for a, b in zip(computed, printed):
         ax.plot(*zip(a, b), color=plot.GREY, linewidth=1)
-    ax.plot(*computed.T, "o", color=plot.BLUE, label="from Table 4.1")
-    ax.plot(*printed.T, "D", color=plot.RED, mfc="none", mew=2, label="Table 4.2")
+    ax.plot(*computed.T, "o", color=plot.BLUE, label="computed from Table 4.1")
+    ax.plot(
+        *printed.T, "D", color=plot.RED, mfc="none", mew=2, label="printed in Table 4.2"
+    )
     ax.axhline(0, color=plot.BLACK, linewidth=1.5)
     ax.set(xlabel="x (mm)", ylabel="y (mm)", aspect="equal")
-    fig.legend(loc="outside lower center", ncols=2)
+    fig.legend(loc="outside lower center", ncols=1)
     apart = np.abs(computed - printed).max(axis=0)
     plot.show(
         fig,

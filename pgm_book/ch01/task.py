@@ -44,8 +44,8 @@ ASIDE = (
     " of the window?"
 )
 PULL = (
-    "Something pulls the centroids to the centres of their windows: a background that"
-    " is left in, or a window that cuts the target off."
+    "The centroids are off along the way to the centres of their windows: which grey"
+    " value has the empty background of this photo?"
 )
 
 
@@ -75,7 +75,7 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, Any], Truth]:
     places = grid.reshape(-1, 2) * (size[0] / 8, size[1] / 5)
     places = chance.permutation(places + chance.uniform(-30, 30, (40, 2))).round(4)
     noise = NOISE * chance.standard_normal(size[::-1])
-    values = int(chance.uniform(30, 60)) + noise
+    values = int(chance.uniform(50, 80)) + noise  # the 40 of the lesson is wrong
     corners = np.round(places).astype(int) - 15
     discs = simulate.target(places - corners, DIAMETER, (31, 31), CONTRAST, 0.0)
     for (column, row), disc in zip(corners, discs):
@@ -149,6 +149,7 @@ def slips(truth: Truth) -> dict[str, dict[str, Any]]:
         },
         CLICKED: {"pixel_size": 1.001 * p},
         "The pixel size is wanted in millimetres.": {"pixel_size": 1000 * p},
+        "A pixel size has no sign.": {"pixel_size": -p},
         "In this book y of a photo points up.": {"photo": photo * (1, -1)},
         "image.shape begins with the rows, image_size with the columns.": {
             "photo": photo + p * (columns - rows) / 2
@@ -163,32 +164,32 @@ def hint(truth: Truth, result: object) -> str:
     """Return the hint to the first slip that explains a wrong value."""
     found, right = _read(result), truth.answer
     wrong = [part.name for part in judge(truth, result) if not part.holds]
-    near = {
-        "zero": 0.1,
-        "pixel_size": right["pixel_size"] / 2000,
-        "photo": 3 * truth.sd,
-    }
 
     def same(key: str, one: Any, other: Any) -> bool:
         if key == "axes":
             return bool(one == other)
-        return _rms(one - other) < near[key]
+        if key == "pixel_size":
+            return bool(abs(one / other - 1) < 1 / 2000)
+        return _rms(one - other) < {"zero": 0.1, "photo": 3 * truth.sd}[key]
 
-    if words := likeliest(slips(truth), right, found, wrong, same):
-        return words
-    if (
-        "pixel_size" in wrong
-        and abs(found["pixel_size"] / right["pixel_size"] - 1) < 0.01
-    ):
-        return CLICKED
+    # First what spoils all centroids, and with them zero and pixel size
     off, away = found["photo"] - right["photo"], truth.plan - right["photo"]
     pull, aside = np.sum(off * away) / np.sum(away**2), off.mean(axis=0)
+    along = _rms(off - pull * away) < 0.8 * _rms(off)
+    if "photo" in wrong and along and 0.03 < abs(pull) and pull < 0.95:
+        return PULL
+    if words := likeliest(slips(truth), right, found, wrong, same):
+        return words
+    if same("photo", *(np.sort(one["photo"], axis=0) for one in (found, right))):
+        if "photo" in wrong:
+            return "The targets are wanted in the order of plan.csv."
+    ratio = found["pixel_size"] / right["pixel_size"]
+    if "pixel_size" in wrong and abs(ratio - 1) < 0.01:
+        return CLICKED
     if "photo" in wrong and _rms(off) > 50 * _rms(away):
         return "The photo coordinates are wanted in mm, from the centre of the photo."
     if "photo" in wrong and _rms(off - aside) < min(_rms(aside) / 3, 6 * truth.sd):
         return ASIDE
-    if "photo" in wrong and pull > 0.03 and _rms(off - pull * away) < _rms(off) / 2:
-        return PULL
     return f"Look again at {' and '.join(wrong)}: draw a plot."
 
 

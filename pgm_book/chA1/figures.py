@@ -19,7 +19,7 @@ SPOTS = {
     "E": (2.6, -0.6),
 }  # fmt: skip
 ROUND = "AE"  # the line that runs a long way round
-LABELS = {"AC": 26, "BD": 25}  # of 41 places along the line; elsewhere 19
+LABELS = {"AC": 14, "BD": 25}  # of 41 places along the line; elsewhere 19
 
 
 # --- Four routes to one height ---
@@ -349,10 +349,10 @@ def point(
     plot.error_ellipse(axes[0], position, covariance, magnify=magnify)
     axes[0].set(xlabel="X (m)", ylabel="Y (m)")
     axes[0].set_title(f"rays, and 95 %\nellipse × {magnify:g}", fontsize=14)
-    first = stations[np.argmin(stations[:, 0])]
+    last = stations[np.argmax(stations[:, 0])]
     axes[0].annotate(
-        "stations", first, xytext=(-12, 0), textcoords="offset points",
-        ha="right", va="center",
+        "stations", last, xytext=(11, 0), textcoords="offset points",
+        va="center", fontsize=14,
     )  # fmt: skip
     axes[0].margins(0.12)
     C = covariance

@@ -33,10 +33,18 @@ def test_what_is_no_answer_is_refused_in_words(truth, key, value, words):
         lesson.judge(truth, truth.answer | {key: value})
 
 
-def test_a_background_that_is_left_in_is_named_whatever_the_window(truth):
-    pull = 0.3 * (truth.plan - truth.answer["photo"])
-    result = truth.answer | {"photo": truth.answer["photo"] + pull}
-    assert lesson.hint(truth, result) == lesson.PULL
+@pytest.mark.parametrize("share", [0.7, -0.3])  # a background left in, one too large
+def test_a_wrong_background_is_named_before_what_it_spoils(truth, share):
+    right = truth.answer
+    pull = share * (truth.plan - right["photo"])
+    result = {**right, "photo": right["photo"] + pull, "zero": right["zero"] + 0.5}
+    spoiled = result | {"pixel_size": 1.001 * right["pixel_size"]}
+    assert lesson.hint(truth, spoiled) == lesson.PULL
+
+
+def test_targets_in_another_order_are_named(truth):
+    result = truth.answer | {"photo": truth.answer["photo"][::-1]}
+    assert "order of plan.csv" in lesson.hint(truth, result)
 
 
 @pytest.mark.parametrize("seed", range(20))
