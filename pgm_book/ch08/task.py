@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -138,6 +139,16 @@ def _rotated(pixels: np.ndarray, R: np.ndarray) -> np.ndarray:
     return frames.photo_to_pixel(np.stack([-C * U / W, -C * V / W], -1), SIZE, PIXEL)
 
 
+def given(folder: Path) -> tuple:
+    """Both photos, their stations, M of each, N of the normal case, and the profile."""
+    csv = {"delimiter": ",", "skiprows": 1}
+    E = np.loadtxt(folder / "orientation.csv", **csv, usecols=range(1, 7))
+    pixels = np.loadtxt(folder / "profile.csv", **csv, usecols=(1, 2), dtype=int)
+    images = [plt.imread(folder / name) for name in ("left.png", "right.png")]
+    stations, M = E[:, :3], np.array([matrix(*angles) for angles in E[:, 3:]])
+    return images, stations, M, _normal(M, stations[1] - stations[0]), pixels
+
+
 # --- What is handed in ---
 
 
@@ -199,7 +210,8 @@ def hint(truth: Truth, result: object) -> str:
         )
     return (
         "Show your two normal images, one above the other: does every row show the same"
-        " things? Then look at the disparities along the profile, and at their r."
+        " things? If they do, the slip comes after the search: parallax in mm, the"
+        " station and the signs of the model point, N transposed."
     )
 
 
