@@ -141,12 +141,15 @@ def _rotated(pixels: np.ndarray, R: np.ndarray) -> np.ndarray:
 
 def given(folder: Path) -> tuple:
     """Both photos, their stations, M of each, N of the normal case, and the profile."""
-    csv = {"delimiter": ",", "skiprows": 1}
-    E = np.loadtxt(folder / "orientation.csv", **csv, usecols=range(1, 7))
-    pixels = np.loadtxt(folder / "profile.csv", **csv, usecols=(1, 2), dtype=int)
+    orientation, profile = (
+        np.loadtxt(folder / name, delimiter=",", skiprows=1, usecols=columns)
+        for name, columns in (("orientation.csv", range(1, 7)), ("profile.csv", (1, 2)))
+    )
     images = [plt.imread(folder / name) for name in ("left.png", "right.png")]
-    stations, M = E[:, :3], np.array([matrix(*angles) for angles in E[:, 3:]])
-    return images, stations, M, _normal(M, stations[1] - stations[0]), pixels
+    stations, angles = orientation[:, :3], orientation[:, 3:]
+    M = np.array([matrix(*one) for one in angles])
+    N = _normal(M, stations[1] - stations[0])
+    return images, stations, M, N, profile.astype(int)
 
 
 # --- What is handed in ---
