@@ -17,6 +17,7 @@ from pgm_lab.plot.basic import Look, interact
 
 Face = tuple[np.ndarray, str]  # a polygon (k, 3) and its colour
 PLACE = (0.0, 0.0, 8.0)  # of the cameras above the meadow, in metres
+NORTH_EAST_DOWN = np.array([[0, 1, 0], [1, 0, 0], [0, 0, -1]])  # of E, N, up
 SCALE = "X east, Y north, Z up: arrows of 3 m."
 PLACES = {  # where numbers stand beside the nine cameras of 2013, mm
     "1, 2": (0, -60, 105),

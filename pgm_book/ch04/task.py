@@ -14,7 +14,7 @@ from pgm_lab.plot import space
 
 SIZE, PIXEL, PHOTOS = (4000, 3000), 0.004, 6  # the camera, pixels in mm; and how many
 SD = np.radians(0.01) / np.sqrt(12)  # of an angle that is rounded to 0.01 degrees
-DOWN = np.array([[0, 1, 0], [1, 0, 0], [0, 0, -1]])  # north, east, down of E, N, up
+DOWN = figures.NORTH_EAST_DOWN
 WANTED = {
     "angles": ("omega, phi, kappa in degrees, one row a photo", (PHOTOS, 3)),
     "M": ("one M (3, 3) a photo", (PHOTOS, 3, 3)),
@@ -106,6 +106,9 @@ def slips(truth: Truth) -> dict[str, dict]:
         ),
         "The rows of mount.csv are new axes in the old frame: from where to where does"
         " such a matrix lead?": mount.T @ _turned(drone) @ DOWN,
+        "mount.csv leads on from the drone to the camera, and is still missing.": (
+            _turned(drone) @ DOWN
+        ),
         "The direction: M leads from object space to the image.": right.swapaxes(1, 2),
     }
     answers = {words: truth.answer(M) for words, M in other.items()}
@@ -113,11 +116,15 @@ def slips(truth: Truth) -> dict[str, dict]:
     wrong_rows = {
         "Rows are counted downwards, and y points up.": SIZE[1] - 1 - good["row"],
         "Row 0 is the middle of the first pixel: half a pixel.": good["row"] + 0.5,
+        "Rows are counted from 0.": good["row"] + 1,
         "The camera is rotated about its line of sight, too, so that the horizon is not"
         " level in the photo.": _rows(truth.c * np.tan(np.arcsin(right[:, 2, 2]))),
     }
-    degrees = "The angles are wanted in degrees."
-    answers[degrees] = good | {"angles": np.radians(good["angles"])}
+    wrong_angles = {
+        "The angles are wanted in degrees.": np.radians(good["angles"]),
+        "The order of the angles is omega, phi, kappa.": good["angles"][:, ::-1],
+    }
+    answers |= {words: good | {"angles": a} for words, a in wrong_angles.items()}
     return answers | {words: good | {"row": r} for words, r in wrong_rows.items()}
 
 
@@ -128,6 +135,13 @@ def hint(truth: Truth, result: object) -> str:
     for words, wrong in slips(truth).items():
         if near(found[part], wrong[part], 1e-4):
             return words
+    right, asked = truth.answer(truth.M(truth.written))[part], found[part]
+    if np.allclose(asked, right, rtol=0, atol=0.6) and part != "M":
+        return "That is right but for its last digits: was something rounded?"
+    if part == "angles" and np.allclose((asked - right + 1) % 180, 1, rtol=0):
+        return (
+            "An angle is half a turn off: a quotient has lost the signs of its parts."
+        )
     return {
         "M": "The angles are right; M is what you read them from.",
         "angles": "Write M as a product, and test each factor by the vectors that it"

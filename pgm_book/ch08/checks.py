@@ -52,6 +52,8 @@ def model_point(function: Callable[..., object]) -> None:
         "the third is below the camera: it is negative": lambda x, y, p, B, c: (
             B / p * np.array([x, y, c])
         ),
+        "that scale is H, the depth: photo coordinates are in mm, so it is base by"
+        " parallax": lambda x, y, p, B, c: c * B / p * np.array([x, y, -c]),
         "parallax and base are exchanged: the larger the parallax, the nearer": (
             lambda x, y, p, B, c: p / B * np.array([x, y, -c])
         ),
@@ -286,6 +288,7 @@ def sigma_height(function: Callable[..., object]) -> None:
         "that is the error across the ray, not along it": lambda H, B, g, s: g * s,
         "the GSD is missing: the answer is in metres": (lambda H, B, g, s: H / B * s),
         "sigma_px is missing": lambda H, B, g, s: H / B * g,
+        "a standard deviation is positive": lambda H, B, g, s: -H / B * g * s,
         "it is rounded: return all digits": lambda H, B, g, s: round(H / B * g * s, 2),
     }
     holds, hint = compare(

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -138,6 +139,19 @@ def _rotated(pixels: np.ndarray, R: np.ndarray) -> np.ndarray:
     return frames.photo_to_pixel(np.stack([-C * U / W, -C * V / W], -1), SIZE, PIXEL)
 
 
+def given(folder: Path) -> tuple:
+    """Both photos, their stations, M of each, N of the normal case, and the profile."""
+    orientation, profile = (
+        np.loadtxt(folder / name, delimiter=",", skiprows=1, usecols=columns)
+        for name, columns in (("orientation.csv", range(1, 7)), ("profile.csv", (1, 2)))
+    )
+    images = [plt.imread(folder / name) for name in ("left.png", "right.png")]
+    stations, angles = orientation[:, :3], orientation[:, 3:]
+    M = np.array([matrix(*one) for one in angles])
+    N = _normal(M, stations[1] - stations[0])
+    return images, stations, M, N, profile.astype(int)
+
+
 # --- What is handed in ---
 
 
@@ -199,7 +213,8 @@ def hint(truth: Truth, result: object) -> str:
         )
     return (
         "Show your two normal images, one above the other: does every row show the same"
-        " things? Then look at the disparities along the profile, and at their r."
+        " things? If they do, the slip comes after the search: parallax in mm, the"
+        " station and the signs of the model point, N transposed."
     )
 
 

@@ -46,7 +46,7 @@ def test_right_answers_pass(capsys):
     checks.is_rotation(
         lambda M, t: (
             np.allclose(M @ M.T, np.eye(3), rtol=0, atol=t)
-            and abs(np.linalg.det(M) - 1) <= t
+            and abs(np.linalg.det(M) - 1) <= 0.5
         )
     )
     checks.angles(angles)
@@ -152,6 +152,19 @@ SLIPS = {
         (lambda M, t: largest(M) <= t, "a mirror passes"),
         (lambda M, t: np.linalg.det(M) > 0, "tolerance is not looked at"),
         (lambda M, t: abs(np.linalg.det(M) - 1) <= t, "determinant alone"),
+        (
+            lambda M, t: largest(M) <= t and abs(np.linalg.det(M) - 1) <= t,
+            "of the determinant only the sign",
+        ),
+        (
+            lambda M, t: (
+                np.linalg.norm(M @ M.T - np.eye(3), np.inf) <= t
+                and np.linalg.det(M) > 0
+            ),
+            "look at the largest of them",
+        ),
+        (lambda M, t: is_rotation(M, t) or None, "return False for them"),
+        (lambda M, t: None, "returns nothing yet"),
         (lambda M, t: largest(M) == 0, "a true rotation is refused"),
         (lambda M, t: is_rotation(M, 1e-9), "five printed digits is refused"),
         (lambda M, t: is_rotation(M, 1e-4), "tolerance is not looked at"),
@@ -237,6 +250,7 @@ SLIPS = {
             "sign of omega is reversed, and the quad",
         ),
         (lambda M: angles(M)[::-1], "the order is"),
+        (lambda M: angles(M)[[1, 0, 2]], "the order is"),
         (lambda M: np.degrees(angles(M)), "give radians"),
         (lambda M: angles(M) * (-1, 1, 1), "sign of omega is reversed.$|omega is t"),
         (lambda M: angles(M) * (1, -1, 1), "sign of phi is reversed"),

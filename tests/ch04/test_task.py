@@ -40,5 +40,18 @@ def test_one_wrong_photo_fails_and_what_is_right_is_said():
     truth, answer = truth_and_answer("Ada")
     row = answer["row"] + np.array([0, 0, 0, 5, 0, 0])
     parts = task.judge(truth, answer | {"row": row})
-    assert [part.holds for part in parts] == [True, False]
+    assert [part.holds for part in parts] == [True, True, False]
     assert task.hint(truth, answer | {"row": row}).startswith("The angles are right")
+
+
+def test_what_was_rounded_or_lost_its_quadrant_is_named():
+    truth, answer = truth_and_answer("Ada")
+    half = answer["angles"].copy()
+    half[2, 0] -= 180
+    for change, words in [
+        ({"row": np.round(answer["row"])}, "last digits"),
+        ({"angles": np.round(answer["angles"], 1)}, "last digits"),
+        ({"angles": half}, "half a turn off"),
+        ({"angles": answer["angles"] + 7}, "test each factor"),
+    ]:
+        assert words in task.hint(truth, answer | change)
