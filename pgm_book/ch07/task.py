@@ -174,7 +174,7 @@ def _rms(shifts: np.ndarray) -> float:
 
 def _r(a: np.ndarray, b: np.ndarray, field: np.ndarray) -> float:
     """Correlation of two images in the same window."""
-    return np.corrcoef(*(cut(one, field, FIELD).ravel() for one in (a, b)))[0, 1]
+    return np.corrcoef(cut(a, field, FIELD).flat, cut(b, field, FIELD).flat)[0, 1]
 
 
 def judge(truth: Truth, result: object) -> list[Part]:
