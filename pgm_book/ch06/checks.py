@@ -284,6 +284,11 @@ def _adjusted(function: Callable, *arguments: object) -> Sequence:
         return answer_of(function, *arguments, first="exercises 6.1 to 6.3")
     except CheckFailed as error:
         cause = error.__cause__
+        if isinstance(cause, UnboundLocalError):  # its message names the variable
+            raise CheckFailed(
+                "bundle uses a name that has no value yet: the lines for s and sigma0"
+                " are yours to write. Your turn!"
+            ) from error
         gone = "must be positive" in str(cause) or "in front of" in str(cause)
         if gone or isinstance(cause, np.linalg.LinAlgError):
             raise CheckFailed(f"bundle: {_DIVERGES}") from error
@@ -325,6 +330,10 @@ def adjust(function: Callable) -> None:
         spread = "the sum of v² is divided by the redundancy, not by all observations"
     elif near(sigma0, s0 * np.sqrt(693 / 686), 1e-4):
         spread = "seven unknowns are held: they are not unknowns any more"
+    elif near(sigma0, s0 * np.sqrt(693 / 707), 1e-4):
+        spread = "`held` of redundancy counts control points, and there are none here"
+    elif near(sigma0, s0 * np.sqrt(693 / 1593), 1e-4):
+        spread = "redundancy wants the rays, not their coordinates: len(xy)"
     elif near(sigma0, s0**2, 1e-4):
         spread = "take the root"
     found = bool(np.all(off < 0.02))

@@ -340,8 +340,8 @@ def halves(found: dict[str, tuple[float, float]]) -> None:
     """Show a principal distance with one and two standard deviations, by photos."""
     fig, ax = plt.subplots(figsize=(7, 2.9), layout="constrained")
     for row, (c, sd) in enumerate(found.values()):
-        for wide, look in ((2, {"lw": 2.5}), (1, {"lw": 9})):
-            ax.plot([c - wide * sd, c + wide * sd], [-row] * 2, color=plot.BLUE, **look)
+        for wide, width in ((2, 2.5), (1, 9)):
+            ax.hlines(-row, c - wide * sd, c + wide * sd, color=plot.BLUE, lw=width)
         ax.plot(c, -row, "o", color="white", mec=plot.BLACK, ms=10, zorder=3)
     ax.set_yticks(-np.arange(len(found)), found)
     ax.set(xlabel="c (mm), ± one and two standard deviations")

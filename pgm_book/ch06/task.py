@@ -32,6 +32,8 @@ OTHER_RAY = (
 )
 FROM_0 = "The ray: photo and point as the files number them, from 1."
 VARIANCE = "The diagonal of C holds variances."
+ROUNDED = "The standard deviation is rounded: hand it in with all its digits."
+EXCHANGED = "The ray: the photo comes first, then the point."
 UNIT = "Both c and its standard deviation are wanted in mm."
 PARAMETER = (
     "The parameter: mm, mm⁻² and mm⁻⁶ cannot be compared. How far does one standard"
@@ -201,6 +203,7 @@ def slips(truth: Truth) -> dict[str, tuple]:
     return {
         INCLUDED: (*truth.spoiled, ray, name),
         OTHER_RAY: (c, s, (ray[0], ray[1] % 48 + 1), name),
+        EXCHANGED: (c, s, ray[::-1], name),
         FROM_0: (c, s, (ray[0] - 1, ray[1] - 1), name),
         VARIANCE: (c, s**2, ray, name),
         UNIT: (c, 1000 * s, ray, name),
@@ -212,6 +215,8 @@ def slips(truth: Truth) -> dict[str, tuple]:
 def hint(truth: Truth, result: object) -> str:
     """Return the hint to the first part that is wrong."""
     _, sd, ray, _ = _answer(result)
+    if ray != truth.ray and ray == truth.ray[::-1]:
+        return EXCHANGED
     right = [part.holds for part in judge(truth, result)]
     if not right[2]:
         less = (truth.ray[0] - 1, truth.ray[1] - 1)
@@ -219,6 +224,8 @@ def hint(truth: Truth, result: object) -> str:
     if all(right[:2]):
         return PARAMETER
     best, spoiled = truth.best[1][0], truth.spoiled[1]
+    if right[0] and abs(sd - best) <= 0.0006 and round(sd, 3) == sd:
+        return ROUNDED
     for value, words in (
         (best**2, VARIANCE),
         (spoiled**2, VARIANCE),

@@ -50,10 +50,13 @@ def fringe(answer: object) -> None:
         (30 * SHIFT, "those are metres: give pixels"),
         (np.zeros(2), "the fringe has a width: count the pixels across it"),
     ]
+    right = np.abs(found - SHIFT) < 0.5
     otherwise = "count the pixels across the fringe of a vertical and a horizontal edge"
+    if right.any():
+        sure, other = ("columns", "rows") if right[0] else ("rows", "columns")
+        otherwise = f"the {sure} are right; count the {other} once more"
     hint = next((h for wrong, h in slips if near(found, wrong)), otherwise)
-    good = bool(np.all(np.abs(found - SHIFT) <= 0.5))
-    report("measured", [("within half a pixel", good, hint)])
+    report("measured", [("within half a pixel", bool(right.all()), hint)])
 
 
 def rmse(function: Callable[..., object]) -> None:
@@ -144,7 +147,7 @@ def border(answer: object, dx: np.ndarray, dy: np.ndarray, radius: int) -> None:
     otherwise = "dx or dy is as far from 0 as the search goes, and no farther"
     hint = next((h for s, h in slips if np.array_equal(found, s)), otherwise)
     good = np.array_equal(found, at_x | at_y)
-    report("border", [("all four sides of the search", good, hint)])
+    report("border", [("the peaks on the border of the search", good, hint)])
 
 
 def chip_shifts(function: Callable[..., object]) -> None:
@@ -158,6 +161,10 @@ def chip_shifts(function: Callable[..., object]) -> None:
     answer = answer_of(function, *given)
     if _nan_alone(answer):
         raise CheckFailed("chip_shifts returns nothing but NaN yet. Your turn!")
+    if _nan_alone(answer[1:]):
+        raise CheckFailed(
+            "chip_shifts: only the first chip has a shift: is `return` in the loop?"
+        )
     missing = _nan_columns(answer)
     for name, other, k in (("dx", "dy", 0), ("dy", "dx", 1)):
         if missing == [k]:

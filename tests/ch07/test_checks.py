@@ -52,7 +52,8 @@ def test_a_slip_by_hand_is_named():
         ((-2, -1), "sign of the columns"),
         ((60, -30), "metres"),
         ((0, 0), "has a width"),
-        ((3, -1), "count the pixels"),
+        ((3, -1), "columns once more"),
+        ((2.5, -1), "rows are right"),
     ]
     assert unnamed(chapter7.fringe, slips) == []
 
