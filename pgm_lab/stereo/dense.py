@@ -94,7 +94,7 @@ def match_rows(
     left to right and from right to left, around the disparities of the level above
     that agree: by "sgm" for those which match best and are smooth along lines in three
     directions (`cv2.StereoSGBM`), by "ncc" for the highest correlation coefficient
-    (H 4) of each cell alone. Least squares matching refines the finest level, in
+    (H 1) of each cell alone. Least squares matching refines the finest level, in
     windows shaped by local planes.
 
     Parameters
