@@ -36,6 +36,7 @@ def test_a_photo_held_upright_is_read_as_the_sensor_saw_it(tmp_path):
     assert found[0].name == "1.png"
 
 
+@pytest.mark.slow
 def test_a_photo_as_iphones_save_it_is_read(tmp_path):
     heif = pytest.importorskip("pillow_heif")
     grey = rendered.scene()[1][0].grey

@@ -44,6 +44,7 @@ def test_two_cameras_find_the_same_shape_of_the_board_and_it_is_not_flat(found):
     assert np.abs(left.shape[:, 2] / left.sd_shape[:, 2]).max() > 5
 
 
+@pytest.mark.slow
 def test_halves_say_that_photos_have_errors_of_their_own(found):
     """The residuals alone predict half of what two cameras from halves differ by."""
     for one in found.values():

@@ -180,6 +180,7 @@ def test_what_the_table_says_of_the_defects(scene):
     assert cost(scene, "all of the program") > 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["good contrast", "shear as in the log"])
 def test_the_script_still_says_what_the_table_does(scene):
     """Forty points: 80 errors give the ratio to 8 per cent; three times that."""

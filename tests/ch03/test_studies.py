@@ -109,6 +109,7 @@ def test_a_match_arrives_from_three_pixels_away_and_less_often_from_five():
     assert number(at_21, "false").max() <= 0.002
 
 
+@pytest.mark.slow
 @SOFT_AND_SHARP
 def test_the_script_still_says_what_the_table_of_pull_in_does(kind):
     """200 of the 1000 points: binomial, five standard deviations and one point."""

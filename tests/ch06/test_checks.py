@@ -189,6 +189,7 @@ except checks.CheckFailed as failed:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="a limit of memory needs Linux")
 @pytest.mark.parametrize("slip", ["through_one_block", "solved_in_one_block"])
 def test_in_a_box_a_matrix_of_all_points_has_no_room(slip):

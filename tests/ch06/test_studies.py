@@ -327,6 +327,7 @@ def test_more_photos_are_better_only_if_they_stand_elsewhere():
         assert np.all(np.diff([c[kind, n] for n in (3, 4, 5, 6)]) < 0)
 
 
+@pytest.mark.slow
 def test_the_script_still_says_what_the_table_of_design_does(chosen_photos, found):
     simulated = design.simulated(found.cameras[0], found.sigma0 / 1000)
     rows = chosen_photos + [named(row, design.COLUMNS) for row in simulated]

@@ -113,6 +113,7 @@ def test_a_stereo_pair_has_at_most_5_per_cent_wrong_and_60_kept(motorcycle):
     assert wrong_kept <= 0.05 and kept >= 0.6
 
 
+@pytest.mark.slow
 def test_the_higher_the_quality_the_fewer_are_wrong(motorcycle):
     found, truth, q = motorcycle
     wrong = np.hypot(*(found - truth).T) > 1

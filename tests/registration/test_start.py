@@ -48,6 +48,7 @@ def test_a_shift_that_is_far_and_uneven_is_found(shift):
     assert np.hypot(*errors(found, truth).T).max() < 1
 
 
+@pytest.mark.slow
 def test_no_data_and_an_offset_change_nothing_of_the_start():
     *pair, truth = uneven((18.0, -11.0))
     reference = np.ma.array(pair[0], mask=False)
@@ -100,7 +101,13 @@ def test_chance_is_what_one_of_a_hundred_wrong_places_reaches():
     assert np.mean(found.r > least) == pytest.approx(0.01, abs=0.01)
 
 
-@pytest.mark.parametrize("how", [{"blur": 1.0, "gamma": 0.6}, {"noise": 60.0}])
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"blur": 1.0, "gamma": 0.6},
+        pytest.param({"noise": 60.0}, marks=pytest.mark.slow),
+    ],
+)
 @pytest.mark.parametrize("amplitude", [pytest.param(0.0, marks=pytest.mark.slow), 3.0])
 def test_errors_are_as_predicted_where_light_sharpness_and_shift_differ(how, amplitude):
     """The residuals alone predict twice as much with another sharpness."""

@@ -103,6 +103,7 @@ def test_names_with_mathematics_in_them_are_drawn_as_they_are(odd):
     plt.close(figure)
 
 
+@pytest.mark.slow
 def test_the_same_result_gives_the_same_page(page, odd, request):
     source, _ = page
     assert request.node.callspec.params["page"](odd) == source

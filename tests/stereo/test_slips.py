@@ -63,6 +63,7 @@ def test_a_wrong_unit_of_the_orientation_is_named(photos, matched, words):
     assert words in told(oriented(photos, SLIPS[words]), HEIGHTS)
 
 
+@pytest.mark.slow
 def test_feet_of_all_coordinates_are_named(photos, matched):
     high = oriented(photos, lambda e: e + [*AWAY, 0, 0, 0])
     heights = np.add(HEIGHTS, AWAY[2])
