@@ -63,7 +63,7 @@ class Part:
     def __str__(self) -> str:
         """How far it is off, in words; where nothing is allowed, right or not."""
         if self.allowed == 0:
-            return f"{self.name}: {'right' if self.holds else 'not right'}"
+            return f"{self.name}: {'correct' if self.holds else 'not correct'}"
         off = f"{self.off:.3g} {self.unit}".rstrip()
         return f"{self.name}: {off} ({self.allowed:g} allowed)"
 
