@@ -69,14 +69,13 @@ class Truth:
 
     @cached_property
     def best(self) -> tuple[np.ndarray, np.ndarray]:
-        """Camera and standard deviations without the blunder, for the stated sigma."""
-        camera, sd, sigma0 = self.adjusted(np.delete(np.arange(len(self.xy)), self.bad))
-        return camera, sd / sigma0
+        """Camera and standard deviations without the blunder."""
+        return self.adjusted(np.delete(np.arange(len(self.xy)), self.bad))
 
     @cached_property
     def spoiled(self) -> tuple[float, float]:
         """Principal distance and standard deviation where the blunder takes part."""
-        camera, sd, _ = self.adjusted(np.arange(len(self.xy)))
+        camera, sd = self.adjusted(np.arange(len(self.xy)))
         return camera[0], sd[0]
 
     @property
@@ -87,12 +86,12 @@ class Truth:
         J[:, 0] = CORNER / camera[0]  # of c: all image points go outwards
         return np.hypot(*J) * sd
 
-    def adjusted(self, used: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """Camera, its standard deviations and sigma0 from some rays."""
+    def adjusted(self, used: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Camera and its standard deviations from some rays."""
         camera = np.array([NOMINAL, *np.zeros(9)])
         rays = self.photo[used], self.point[used], self.measured[used]
-        camera, C, sigma0, _ = adjust(*rays, SIGMA, camera, *self.start)
-        return camera, np.sqrt(np.diag(C)), sigma0
+        camera, C, _, _ = adjust(*rays, SIGMA, camera, *self.start)
+        return camera, np.sqrt(np.diag(C))
 
 
 def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:

@@ -180,7 +180,12 @@ def _r(a: np.ndarray, b: np.ndarray, field: np.ndarray) -> float:
 def judge(truth: Truth, result: object) -> list[Part]:
     """Return how far each value is off, and whether the field is right."""
     found, known = _answer(result), truth.values
-    parts = [Part(n, abs(found[n] - known[n]) / sd) for n, sd in SD.items()]
+    parts = [
+        Part(n, abs(found[n] - known[n]), 3 * sd, "px")
+        if n in ("rmse", "ce90")
+        else Part(n, abs(found[n] - known[n]) / sd)
+        for n, sd in SD.items()
+    ]
     return [*parts, Part("the field", float(found["field"] != truth.field), 0)]
 
 
