@@ -145,6 +145,7 @@ def make(
     every, some = (_rms(_shifts(p, shift, scale, turn)) for p in (points, points[free]))
     ce90 = np.quantile(np.hypot(*_shifts(points[free], shift, scale, turn).T), 0.9)
     alike = abs(every - some) < 3.3 * SD["rmse"]  # it would not matter which count
+    alike |= np.ptp(shift) < 0.1  # nor which of the two is dx
     if alike or abs(1.5175 * some - ce90) < 3.3 * SD["ce90"]:
         return make(chance)
     reference, sensed = (
