@@ -158,7 +158,7 @@ def judge(truth: Truth, result: object) -> list[Part]:
     found = _pixels(result)
     given, right = _given(found), truth.right_ones(found)
     missing, wrong = np.sum(~given & (truth.kind != HIDDEN)), np.sum(given & ~right)
-    words = f"{missing} missing and {wrong} wrong, counted twice"
+    words = f"{missing} missing, and {wrong} wrong, which count twice"
     return [Part(words, float(missing + 2 * wrong), ALLOWED, "points")]
 
 

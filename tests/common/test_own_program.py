@@ -115,6 +115,18 @@ def test_helpers_of_the_notebook_come_along(program):
     assert checks.own("length", max)([3, 4]) == 5
 
 
+@pytest.mark.parametrize("again", ["half", "checks.own('half', max)"])
+def test_a_function_by_another_name_is_asked_for_by_its_own(program, again):
+    """Also where it calls itself."""
+    half = "def half(x):\n    return x if x < 1 else half(x / 2)\n\n\n"
+    checks.keep(typed(half))
+    before = program.read_text()
+    use = "def quarter(x):\n    return twice(twice(x))"
+    with pytest.raises(CheckFailed, match="`twice`, which is `half` in my_pgm.py"):
+        checks.keep(typed(f"{half}twice = {again}\n\n\n{use}", checks=checks))
+    assert program.read_text() == before
+
+
 def test_decorators_are_replaced_with_their_function(program):
     twice = "def twice(f):\n    return lambda x: 2 * f(x)\n\n\n@twice\ndef one(x):\n"
     program.write_text(f"{HEAD}\n\n{twice}    return x\n")
