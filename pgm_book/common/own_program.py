@@ -129,7 +129,9 @@ def with_arrays(function: Callable) -> Callable:
 def collected(function: Any) -> tuple[dict[str, str], dict[str, str]]:
     """Return the imports by the name they give, and the sources by function."""
     imports, sources, waiting, values = {}, {}, [function], set()
-    other_names = {}  # under which a function is used that has another in the program
+    other_names: dict[
+        str, str
+    ] = {}  # under which a function is used that has another in the program
     while waiting:
         one = waiting.pop()
         source = sources[one.__name__] = source_of(one)
