@@ -4,7 +4,6 @@ One vocabulary for `ncc`, `lsm`, `matching`, `registration` and `stereo`.
 """
 
 import os
-from abc import abstractmethod
 
 import numpy as np
 
@@ -31,9 +30,9 @@ class Matched:
 class Table(Matched):
     """What the results of `matching` and `registration` share beyond that."""
 
-    @abstractmethod
     def csv(self) -> str:
         """Return the table that `save` writes."""
+        raise NotImplementedError
 
     def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
         """Save all points as a table, with the status of each.
@@ -51,6 +50,20 @@ class Table(Matched):
         ------
         OSError
             If the file exists already, or cannot be written; an old one stays.
+
+        Examples
+        --------
+        >>> from tempfile import TemporaryDirectory
+        >>> from pgm_lab import matching, simulate
+        >>> pair = simulate.texture_pair(
+        ...     simulate.texture(seed=1), (120, 160), (3.5, 1, 0, -2.25, 0, 1)
+        ... )
+        >>> found = matching.match(*pair, [(60, 50), (4, 4)], start=[(64, 48), (7, 2)])
+        >>> with TemporaryDirectory() as folder:
+        ...     found.save(f"{folder}/found.csv")
+        ...     with open(f"{folder}/found.csv") as file:
+        ...         print(file.read().splitlines()[-1])
+        1,4.0,4.0,,,,,,,,template leaves the image
         """
         files.save({path: self.csv()}, overwrite=overwrite)
 

@@ -129,35 +129,34 @@ def with_arrays(function: Callable) -> Callable:
 def collected(function: Any) -> tuple[dict[str, str], dict[str, str]]:
     """Return the imports by the name they give, and the sources by function."""
     imports, sources, waiting, values = {}, {}, [function], set()
-    other_names: dict[
-        str, str
-    ] = {}  # under which a function is used that has another in the program
+    renamed: dict[str, str] = {}  # what the source calls by another name than its own
     while waiting:
         one = waiting.pop()
         source = sources[one.__name__] = source_of(one)
         for name in sorted(names_read(source) & one.__globals__.keys()):
             value = one.__globals__[name]
+            known = getattr(value, "__name__", name)
             if isinstance(value, FunctionType) and value.__globals__ is one.__globals__:
                 waiting += [value] if value.__name__ not in sources else []
-                other_names |= {name: value.__name__}
             elif line := import_of(name, value):
                 imports[name] = line
+                continue
             elif getattr(value, "__module__", "") != MODULE:  # it is not there already
                 values.add(f"`{name}`")
-            else:
-                other_names |= {name: value.__name__}
+                continue
+            if name != known:
+                renamed[name] = known
     if values:
         raise CheckFailed(
             f"{function.__name__} is right, but it uses {', '.join(sorted(values))} of"
             f" this notebook, which {FILE} does not have. Pass it as an argument,"
             " or set it inside the function; then run this cell again."
         )
-    for name, known in other_names.items():
-        if name != known:
-            raise CheckFailed(
-                f"{function.__name__} is right, but it uses `{name}`, which is"
-                f" `{known}` in {FILE}. Write `{known}`; then run this cell again."
-            )
+    for name, known in renamed.items():
+        raise CheckFailed(
+            f"{function.__name__} is right, but it uses `{name}`, which is `{known}`"
+            f" in {FILE}. Write `{known}`; then run this cell again."
+        )
     return imports, sources
 
 

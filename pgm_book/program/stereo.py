@@ -8,7 +8,6 @@ import numpy as np
 from pgm_book.program.registration import peak_of_parabola
 from pgm_lab.image import cut
 from pgm_lab.ncc import correlation_map
-from pgm_lab.stereo.normal import NormalPair
 
 
 def model_point(
@@ -188,43 +187,3 @@ def sigma_height(H: float, B: float, gsd: float, sigma_px: float) -> float:
     0.05
     """
     return H / B * gsd * sigma_px
-
-
-def row_points(
-    pair: NormalPair,
-    row: int,
-    columns: np.ndarray,
-    window: int,
-    low: int,
-    high: int,
-    least: float = 0.8,
-) -> np.ndarray:
-    """Object points of pixels in one row of the left normal image.
-
-    Parameters
-    ----------
-    pair : NormalPair
-    row : int
-    columns : array_like (n,) of int
-    window, low, high
-        As for `best_disparity`.
-    least : float
-        Threshold of r.
-
-    Returns
-    -------
-    ndarray (n, 3)
-        X, Y, Z in m; NaN where r is below the threshold, or the best disparity lies
-        at the end of the search.
-    """
-    points = np.full((len(columns), 3), np.nan)
-    for i, column in enumerate(columns):
-        d, r = best_disparity(pair.left, pair.right, column, row, window, low, high)
-        if r >= least and np.isfinite(d):
-            x = pair.origin[0, 0] + pair.pixel_size * column
-            y = pair.origin[0, 1] - pair.pixel_size * row
-            model = model_point(
-                x, y, float(pair.parallax(np.float64(d))), pair.base, pair.c
-            )
-            points[i] = pair.stations[0] + model @ pair.rotation
-    return points

@@ -77,7 +77,15 @@ def test_a_row_of_points_is_what_the_fast_functions_give(photos, pair):
     columns = np.flatnonzero(match.status[row] == 0)
     middle = int(np.median(match.disparity[row, columns]))
     columns = columns[(columns > 40) & (columns < 160)][::4]
-    own = program.row_points(pair, row, columns, 7, middle - 15, middle + 15)
+    own = np.full((len(columns), 3), np.nan)
+    for i, column in enumerate(columns):
+        d, r = program.best_disparity(
+            pair.left, pair.right, column, row, 7, middle - 15, middle + 15
+        )
+        if r >= 0.8:
+            x, y = pair.origin[0] + pair.pixel_size * np.array([column, -row])
+            model = program.model_point(x, y, pair.parallax(d), pair.base, pair.c)
+            own[i] = pair.stations[0] + model @ pair.rotation
     fast = pair.object_points(columns, row, match.disparity[row, columns])
     off = np.abs(own - fast)[np.isfinite(own[:, 0])]
     assert len(off) > 8
