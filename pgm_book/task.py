@@ -1,24 +1,28 @@
 """Your task: new data, one question, an empty cell, at the end of every lesson.
 
 The data are made from a name, so that everybody has their own, and the same again on
-every machine. What a lesson asks stands in its ``task.py``, with four functions:
+every machine. What a lesson asks stands in its ``task.py``, with six functions:
 
 ``make(chance)``
     The files, and the truth that belongs to them. A file is text, or grey values
     (uint8), which are written as PNG. `chance` is a frozen stream; numbers are rounded,
-    so that the last digit of a library changes nothing.
-``judge(truth, result)``
-    The parts of an answer, each with how far it is off; a CheckFailed where it is no
-    answer to the question.
+    so that the last digit of a library changes nothing. The truth is a dataclass whose
+    field ``answer`` has the right values by name.
+``read(result)``
+    The values of an answer by name; a CheckFailed where it is none to the question.
+``judge(truth, found)``
+    The parts of an answer, each with how far it is off ``truth.answer``. How far it may
+    be does not depend on that field.
 ``slips(truth)``
-    What the likeliest wrong programs give, by the hint that helps.
-``hint(truth, result)``
-    One of these hints, or another sentence.
-``picture(truth, result)``
-    The result beside the truth: a figure and what it shows.
+    By the hint that helps, the values that the likeliest wrong programs give; those
+    that they do not spoil are left out.
+``hint(truth, found, wrong, likely)``
+    `likely`, the hint of the slip that explains one of the `wrong` parts, or another
+    sentence, most of all where it is empty.
+``picture(truth, found)``
+    The values beside the truth: a figure and what it shows.
 
-`grey` and `table` make what a file holds, `named` reads an answer of several parts,
-`likeliest` finds the slip that it looks like.
+`grey` and `table` make what a file holds, `named` reads an answer of several parts.
 """
 
 import hashlib
@@ -28,8 +32,8 @@ import shutil
 import sys
 import tempfile
 import weakref
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from types import ModuleType
@@ -88,7 +92,7 @@ class Task:
 
     def judged(self, result: Any) -> list[Part]:
         """Return how far the parts of a result are off; nothing is kept."""
-        return self._lesson.judge(self._truth, result)
+        return self._lesson.judge(self._truth, self._found(result))
 
     def hand_in(self, result: Any) -> None:
         """Say whether a result is right, within what the noise of the data allows.
@@ -110,18 +114,30 @@ class Task:
         if not passed:
             raise CheckFailed(f"try {number}: {said}. mine.hint() names a likely slip.")
         print(f"✓ Task {self.number}, try {number}. {said}.")
-        figure, alt = self._lesson.picture(self._truth, result)
+        figure, alt = self._lesson.picture(self._truth, self._found(result))
         plot.show(figure, alt)
 
     def hint(self) -> None:
         """Name the slip that the last result looks like, or what its form must be."""
         if not self._last:
             raise CheckFailed("hand a result in first: mine.hand_in(result)")
-        (last,) = self._last
-        if all(part.holds for part in self.judged(last)):
-            print("Your last result is right.")
-        else:
-            print(self._lesson.hint(self._truth, last))
+        print(self.explained(*self._last) or "Your last result is right.")
+
+    def explained(self, result: Any) -> str:
+        """Return the hint to a wrong result, "" for a right one; nothing is kept."""
+        wrong = [part for part in self.judged(result) if not part.holds]
+        if not wrong:
+            return ""
+        if not hasattr(self._lesson, "read"):
+            return self._lesson.hint(self._truth, result)
+        found = self._lesson.read(result)
+        likely = likeliest(self._lesson, self._truth, found, wrong)
+        names = [part.name for part in wrong]
+        return self._lesson.hint(self._truth, found, names, likely)
+
+    def _found(self, result: Any) -> Any:
+        """A result by names; as it is where the lesson's judge reads it."""
+        return getattr(self._lesson, "read", lambda result: result)(result)
 
     def _kept(self, parts: list[Part], passed: bool) -> int:
         """Keep a try beside the reader's program; return its number."""
@@ -221,31 +237,21 @@ def named(result: Any, wanted: dict[str, tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def likeliest(
-    slips: Mapping[str, Mapping[str, Any]],
-    right: Mapping[str, Any],
-    found: Mapping[str, Any],
-    wrong: Iterable[str],
-    same: Callable[[str, Any, Any], bool],
-) -> str:
-    """Return the hint of the first slip that explains a wrong part, "" if none does.
+def likeliest(lesson: Any, truth: Any, found: dict, wrong: list[Part]) -> str:
+    """Return the hint of the slip that explains the first wrong part, or a later one.
 
-    A slip is an answer in which some parts differ from the right one; `same` compares
-    two values of a part.
-
-    Examples
-    --------
-    >>> slips = {"Metres, not mm?": {"size": 0.007}, "Its sign?": {"size": -7}}
-    >>> equal = lambda key, one, other: one == other
-    >>> likeliest(slips, {"size": 7}, {"size": -7}, ["size"], equal)
-    'Its sign?'
+    A slip explains a part that would hold if what the slip gives were the right answer,
+    and that is much nearer to it; of several the nearest is taken. Where none explains
+    anything, "" is returned.
     """
-    for words, slip in slips.items():
-        spoilt = [key for key in right if not same(key, slip[key], right[key])]
-        if not set(spoilt).isdisjoint(wrong):
-            if all(same(key, found[key], slip[key]) for key in spoilt):
-                return words
-    return ""
+    off = {part.name: part.off for part in wrong}
+    near: dict[str, dict[str, float]] = {name: {} for name in off}
+    for words, change in lesson.slips(truth).items():
+        as_if = replace(truth, answer=truth.answer | change)
+        for part in lesson.judge(as_if, found):
+            if part.holds and 2 * part.off < off.get(part.name, 0):
+                near[part.name][words] = part.off
+    return next((min(one, key=one.__getitem__) for one in near.values() if one), "")
 
 
 # --- From a name to the values ---
