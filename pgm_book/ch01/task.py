@@ -18,15 +18,14 @@ CENTROID = NOISE * np.sqrt(19**2 * (19**2 - 1) / 12) / WHOLE
 PROGRAM = 0.03  # pixels: how well the program measured
 # Of the way from the middle: lines through clicks give another pixel size
 HAND = 0.0015
-ORIGINS = {"upper left": (0, 0), "lower left": (0, 1), "centre": (0.5, 0.5)}
-# Half a pixel from an origin to the outer corner, or to half the number of columns
-BESIDE = {"upper left": (-0.5, -0.5), "lower left": (-0.5, 0.5), "centre": (0.5, 0.5)}
+# The zero as a share of the way from the centre of the first pixel to that of the last;
+# half a pixel on from there, in half of all photos; and the axes
 CONVENTIONS = (
-    ("upper left", "right, down"),
-    ("upper left", "down, right"),
-    ("lower left", "right, up"),
-    ("centre", "right, up"),
-    ("centre", "right, down"),
+    ((0, 0), (-0.5, -0.5), "right, down"),
+    ((0, 0), (-0.5, -0.5), "down, right"),
+    ((0, 1), (-0.5, 0.5), "right, up"),
+    ((0.5, 0.5), (0.5, 0.5), "right, up"),
+    ((0.5, 0.5), (0.5, 0.5), "right, down"),
 )
 STEPS = {"right": (1, 0), "left": (-1, 0), "down": (0, 1), "up": (0, -1)}
 WANTED: dict[str, tuple[str, Any]] = {
@@ -52,7 +51,7 @@ class Truth:
 def make(chance: np.random.RandomState) -> tuple[dict[str, Any], Truth]:
     """Twenty targets with the coordinates of a program, and twenty with a plan."""
     size = (2 * int(chance.uniform(440, 520)), 2 * int(chance.uniform(300, 360)))
-    origin, axes = CONVENTIONS[int(chance.uniform(0, len(CONVENTIONS)))]
+    share, beside, axes = CONVENTIONS[int(chance.uniform(0, len(CONVENTIONS)))]
     half, p = chance.uniform() < 0.5, round(chance.uniform(0.0025, 0.008), 7)
 
     grid = np.stack(np.meshgrid(np.arange(8) + 0.5, np.arange(5) + 0.5), axis=-1)
@@ -65,7 +64,7 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, Any], Truth]:
     for (column, row), disc in zip(corners, discs):
         values[row : row + 31, column : column + 31] += disc
 
-    zero = ORIGINS[origin] * np.subtract(size, 1) + half * np.array(BESIDE[origin])
+    zero = share * np.subtract(size, 1) + half * np.array(beside)
     turn = p * np.transpose([STEPS[one] for one in axes.split(", ")])
     given, others = places[:20], places[20:]
     short = HAND * (given - np.divide(size, 2))  # a hand that stops short
