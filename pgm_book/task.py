@@ -48,6 +48,7 @@ from pgm_lab import plot
 from pgm_lab.io import files
 
 RESULTS = "my_results.json"
+Answer = dict[str, Any]  # the values of an answer by name
 
 
 @dataclass(frozen=True)
@@ -213,7 +214,7 @@ def table(head: str, row: str, rows: Iterable[Iterable]) -> str:
     return "\n".join([head, *(row.format(*one) for one in rows)]) + "\n"
 
 
-def named(result: Any, wanted: dict[str, tuple[str, Any]]) -> dict[str, Any]:
+def named(result: Any, wanted: dict[str, tuple[str, Any]]) -> Answer:
     """Return the parts of an answer by their names, or say what is wanted.
 
     `wanted` has for each name what it must be, in words, and the shape of its numbers;
@@ -237,7 +238,7 @@ def named(result: Any, wanted: dict[str, tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def likeliest(lesson: Any, truth: Any, found: dict, wrong: list[Part]) -> str:
+def likeliest(lesson: Any, truth: Any, found: Answer, wrong: list[Part]) -> str:
     """Return the hint of the slip that explains the first wrong part, or a later one.
 
     A slip explains a part that would hold if what the slip gives were the right answer,

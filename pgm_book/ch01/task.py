@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pgm_book.common.checks import CheckFailed
-from pgm_book.task import Part, grey, named, table
+from pgm_book.task import Answer, Part, grey, named, table
 from pgm_lab import frames, plot, simulate
 
 NOISE, CONTRAST, DIAMETER = 3.0, 150.0, 9.0  # grey values, and pixels
@@ -40,7 +40,7 @@ WANTED: dict[str, tuple[str, Any]] = {
 class Truth:
     """The right answer, where it comes from, and how exact it can be."""
 
-    answer: dict[str, Any]
+    answer: Answer
     image_size: tuple[int, int]
     pixels: np.ndarray  # (20, 2), true centres of the targets of plan.csv
     plan: np.ndarray  # (20, 2), mm
@@ -85,7 +85,7 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, Any], Truth]:
     }, Truth(answer, size, others, plan.round(3), float(slopes.max()), CENTROID * p)
 
 
-def read(result: object) -> dict[str, Any]:
+def read(result: object) -> Answer:
     """Return the values of an answer, or say what is wanted."""
     found = named(result, WANTED)
     given = found["axes"]
@@ -96,7 +96,7 @@ def read(result: object) -> dict[str, Any]:
     return found | {"axes": ", ".join(axes)}
 
 
-def judge(truth: Truth, found: dict[str, Any]) -> list[Part]:
+def judge(truth: Truth, found: Answer) -> list[Part]:
     """Return how far each value is off; of the photo coordinates the mean square."""
     right = truth.answer
     zero = np.abs(found["zero"] - right["zero"]).max()
@@ -113,7 +113,7 @@ def _rms(off: np.ndarray) -> float:
     return float(np.sqrt(np.mean(off**2)))
 
 
-def slips(truth: Truth) -> dict[str, dict[str, Any]]:
+def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
     zero, axes, p, photo = truth.answer.values()
     columns, rows = truth.image_size
@@ -138,7 +138,7 @@ def slips(truth: Truth) -> dict[str, dict[str, Any]]:
     }
 
 
-def hint(truth: Truth, found: dict[str, Any], wrong: list[str], likely: str) -> str:
+def hint(truth: Truth, found: Answer, wrong: list[str], likely: str) -> str:
     """Return the hint to what spoils all centroids, or to a single slip."""
     size, right = (
         found["pixel_size"] / truth.answer["pixel_size"],
@@ -177,7 +177,7 @@ def hint(truth: Truth, found: dict[str, Any], wrong: list[str], likely: str) -> 
     return f"Look again at {' and '.join(wrong)}: draw a plot."
 
 
-def picture(truth: Truth, found: dict[str, Any]) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     """Draw where the program has its zero and axes, and how far the targets are off."""
     zero, (columns, rows) = found["zero"], truth.image_size
     off = 1000 * (found["photo"] - truth.answer["photo"])

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from pgm_book.common.checks import CheckFailed
 from pgm_book.program.adjustment import adjust, redundancy_numbers
-from pgm_book.task import Part, named, table
+from pgm_book.task import Answer, Part, named, table
 from pgm_lab import plot
 
 SIGMA0 = 0.002  # m, of a line of 1 km
@@ -28,7 +28,7 @@ WANTED: dict[str, tuple[str, Any]] = {
 class Truth:
     """The right answer, the net, and the reading that is wrong."""
 
-    answer: dict[str, Any]
+    answer: Answer
     lines: list[str]
     A: np.ndarray  # (11, 6)
     observed: np.ndarray  # m, from or to the known height
@@ -47,7 +47,7 @@ class Truth:
 
     def adjusted(
         self, p: np.ndarray, used: np.ndarray
-    ) -> tuple[dict[str, Any], np.ndarray, float]:
+    ) -> tuple[Answer, np.ndarray, float]:
         """Heights and their standard deviations from some lines, v, and sigma0."""
         x, v, sigma0, Q = adjust(self.A[used], p[used], self.observed[used])
         return {"heights": x, "sd": 1000 * SIGMA0 * np.sqrt(np.diag(Q))}, v, sigma0
@@ -97,7 +97,7 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     return {"net.csv": table(head, "{},{},{:.4f},{:.1f}", rows)}, truth
 
 
-def read(result: object) -> dict[str, Any]:
+def read(result: object) -> Answer:
     """Return the values of an answer, or say what is wanted."""
     found = named(result, WANTED)
     line = "".join(c for c in str(found["line"]).upper() if c.isalpha())
@@ -106,7 +106,7 @@ def read(result: object) -> dict[str, Any]:
     return found | {"line": line}
 
 
-def judge(truth: Truth, found: dict[str, Any]) -> list[Part]:
+def judge(truth: Truth, found: Answer) -> list[Part]:
     """Return how far heights, their standard deviations and the blunder are off."""
     right, bad = truth.answer, truth.bad
     A = truth.A[truth.good] / truth.sigma[truth.good, None]
@@ -121,11 +121,11 @@ def judge(truth: Truth, found: dict[str, Any]) -> list[Part]:
     ]
 
 
-def _right(truth: Truth, found: dict[str, Any]) -> bool:
+def _right(truth: Truth, found: Answer) -> bool:
     return all(part.holds for part in judge(truth, found))
 
 
-def slips(truth: Truth) -> dict[str, dict[str, Any]]:
+def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
     heights, sd, size = (truth.answer[name] for name in ("heights", "sd", "size"))
     good, p = truth.good, truth.p
@@ -159,13 +159,13 @@ def slips(truth: Truth) -> dict[str, dict[str, Any]]:
     }
 
 
-def hint(truth: Truth, found: dict[str, Any], wrong: list[str], likely: str) -> str:
+def hint(truth: Truth, found: Answer, wrong: list[str], likely: str) -> str:
     """Return the hint to the slip that explains a part, or to all that is wrong."""
     parts = " and ".join(wrong)
     return likely or f"Look again at {parts}. Which readings fit your heights?"
 
 
-def picture(truth: Truth, found: dict[str, Any]) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     """Draw the net with the wrong line, and the errors of the heights with their ±."""
     turn = np.pi * np.arange(7) / 3.5
     places = dict(zip(MARKS, np.column_stack([np.sin(turn), np.cos(turn)])))

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pgm_book.common.checks import numbers
-from pgm_book.task import Part, table
+from pgm_book.task import Answer, Part, table
 from pgm_lab import plot
 
 PIXEL, BUS, SIGMA = 0.004, 12.0, 0.5  # mm, m, and pixels: of one measured length
@@ -17,7 +17,7 @@ PIXEL, BUS, SIGMA = 0.004, 12.0, 0.5  # mm, m, and pixels: of one measured lengt
 class Truth:
     """The camera that photographed the bus, and what was measured."""
 
-    answer: dict[str, float]  # c in mm
+    answer: Answer  # c in mm
     H: np.ndarray  # m
     n: np.ndarray  # pixels
 
@@ -36,17 +36,17 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     return {"bus.csv": bus}, Truth({"c": c}, H, n)
 
 
-def read(result: object) -> dict[str, float]:
+def read(result: object) -> Answer:
     """Return the principal distance by its name, or say what is wanted."""
     return {"c": float(numbers("the result", result, wanted="one number: c in mm"))}
 
 
-def judge(truth: Truth, found: dict[str, float]) -> list[Part]:
+def judge(truth: Truth, found: Answer) -> list[Part]:
     """Return how far the principal distance is off, in standard deviations."""
     return [Part("c", abs(found["c"] - truth.answer["c"]) / truth.sd)]
 
 
-def slips(truth: Truth) -> dict[str, dict[str, float]]:
+def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
     c = truth.answer["c"]
     return {
@@ -55,12 +55,12 @@ def slips(truth: Truth) -> dict[str, dict[str, float]]:
     }
 
 
-def hint(truth: Truth, found: dict[str, float], wrong: list[str], likely: str) -> str:
+def hint(truth: Truth, found: Answer, wrong: list[str], likely: str) -> str:
     """Return the hint to the slip that explains the result."""
     return likely or "Draw the two triangles."
 
 
-def picture(truth: Truth, found: dict[str, float]) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     """Draw the measured lengths, and what the result makes of them."""
     fig, ax = plt.subplots(figsize=(10, 4.5))
     H = np.linspace(40, 160, 121)
