@@ -14,8 +14,8 @@ every machine. What a lesson asks stands in its ``task.py``, with six functions:
     The parts of an answer, each with how far it is off ``truth.answer``. How far it may
     be does not depend on that field.
 ``slips(truth)``
-    By the hint that helps, the values that the likeliest wrong programs give; those
-    that they do not spoil are left out.
+    By the hint that helps, the values that the likeliest wrong programs give with these
+    data; those that they do not spoil are left out.
 ``hint(truth, found, wrong, likely)``
     `likely`, the hint of the slip that explains one of the `wrong` parts, or another
     sentence, most of all where it is empty.

@@ -127,9 +127,10 @@ def _right(truth: Truth, found: Answer) -> bool:
 
 def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
-    heights, sd, size = (truth.answer[name] for name in ("heights", "sd", "size"))
-    good, p = truth.good, truth.p
-    (spoiled, v, _), sigma0 = truth.adjusted(p, p > 0), truth.adjusted(p, good)[2]
+    good, p, size = truth.good, truth.p, truth.answer["size"]
+    spoiled, v, _ = truth.adjusted(p, p > 0)
+    ideal, _, sigma0 = truth.adjusted(p, good)
+    heights, sd = ideal.values()
     return {
         "The wrong reading is still among those that give the heights.": spoiled,
         "A longer line is less precise: does it get less weight?": (

@@ -38,6 +38,12 @@ def test_what_is_no_answer_is_refused_in_words(mine, key, value, words):
         mine.judged(mine._truth.answer | {key: value})
 
 
+def test_heights_in_millimetres_are_named_whatever_the_noise(mine):
+    truth = mine._truth
+    heights = 1000 * truth.adjusted(truth.p, truth.good)[0]["heights"]
+    assert "in metres" in mine.explained(truth.answer | {"heights": heights})
+
+
 @pytest.mark.slow
 def test_the_wrong_reading_stands_out_in_every_net():
     for seed in range(100):
