@@ -6,8 +6,8 @@ every machine. What a lesson asks stands in its ``task.py``, with six functions:
 ``make(chance)``
     The files, and the truth that belongs to them. A file is text, or grey values
     (uint8), which are written as PNG. `chance` is a frozen stream; numbers are rounded,
-    so that the last digit of a library changes nothing. The truth is a dataclass whose
-    field ``answer`` has the right values by name.
+    so that the last digit of a library changes nothing. The truth has the right values
+    by name in ``answer``, a field or a cached property.
 ``read(result)``
     The values of an answer by name; a CheckFailed where it is none to the question.
 ``judge(truth, found)``
@@ -25,6 +25,7 @@ every machine. What a lesson asks stands in its ``task.py``, with six functions:
 `grey` and `table` make what a file holds, `named` reads an answer of several parts.
 """
 
+import copy
 import hashlib
 import importlib
 import json
@@ -33,7 +34,7 @@ import sys
 import tempfile
 import weakref
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from types import ModuleType
@@ -248,7 +249,8 @@ def likeliest(lesson: Any, truth: Any, found: Answer, wrong: list[Part]) -> str:
     off = {part.name: part.off for part in wrong}
     near: dict[str, dict[str, float]] = {name: {} for name in off}
     for words, change in lesson.slips(truth).items():
-        as_if = replace(truth, answer=truth.answer | change)
+        as_if = copy.copy(truth)  # with all that is cached
+        vars(as_if)["answer"] = truth.answer | change
         for part in lesson.judge(as_if, found):
             if part.holds and 2 * part.off < off.get(part.name, 0):
                 near[part.name][words] = part.off

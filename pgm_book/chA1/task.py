@@ -54,10 +54,8 @@ class Truth:
 
     def tested(self, used: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Residuals of some lines, their redundancy numbers, and Baarda's |w|."""
-        v, r = (
-            self.adjusted(self.p, used)[1],
-            redundancy_numbers(self.A[used], self.p[used]),
-        )
+        v = self.adjusted(self.p, used)[1]
+        r = redundancy_numbers(self.A[used], self.p[used])
         return v, r, np.abs(v) / (self.sigma[used] * np.sqrt(r))
 
 
@@ -84,13 +82,13 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     truth = replace(truth, answer=answer)
 
     v, r, w = truth.tested(truth.p > 0)
-    found = found | {"line": lines[bad], "size": -1000 * v[bad] / r[bad]}
+    found |= {"size": -1000 * v[bad] / r[bad]}
     # At a mark of two lines both have the same |w|, and neither can be named
     alone = np.delete(w, bad).max() < 0.75 * w[bad]
-    named = alone and w[bad] > LIMIT > truth.tested(truth.good)[2].max()
+    clear = alone and w[bad] > LIMIT > truth.tested(truth.good)[2].max()
     simple = np.argmax(w * np.sqrt(r)) == bad  # it must need r
-    passing = [_right(truth, answer | one) for one in slips(truth).values()]
-    if simple or not named or not _right(truth, found) or any(passing):
+    passing = [_right(truth, one) for one in slips(truth).values()]
+    if simple or not clear or not _right(truth, found) or any(passing):
         return make(chance)
     rows = [(*line, dh, far) for line, dh, far in zip(lines, observed, km)]
     head = "from,to,difference_m,length_km"
@@ -121,8 +119,9 @@ def judge(truth: Truth, found: Answer) -> list[Part]:
     ]
 
 
-def _right(truth: Truth, found: Answer) -> bool:
-    return all(part.holds for part in judge(truth, found))
+def _right(truth: Truth, values: Answer) -> bool:
+    """Whether an answer with these values passes."""
+    return all(part.holds for part in judge(truth, truth.answer | values))
 
 
 def slips(truth: Truth) -> dict[str, Answer]:
