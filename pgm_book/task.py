@@ -123,16 +123,17 @@ class Task:
         """Name the slip that the last result looks like, or what its form must be."""
         if not self._last:
             raise CheckFailed("hand a result in first: mine.hand_in(result)")
-        print(self.explained(*self._last) or "Your last result is right.")
+        found = self._found(*self._last)
+        print(self.explained(found) or "Your last result is right.")
 
-    def explained(self, result: Any) -> str:
-        """Return the hint to a wrong result, "" for a right one; nothing is kept."""
-        wrong = [part for part in self.judged(result) if not part.holds]
+    def explained(self, found: Any) -> str:
+        """Return the hint to values of which some are wrong, "" where all are right."""
+        parts = self._lesson.judge(self._truth, found)
+        wrong = [part for part in parts if not part.holds]
         if not wrong:
             return ""
         if not hasattr(self._lesson, "read"):
-            return self._lesson.hint(self._truth, result)
-        found = self._lesson.read(result)
+            return self._lesson.hint(self._truth, found)
         likely = likeliest(self._lesson, self._truth, found, wrong)
         names = [part.name for part in wrong]
         return self._lesson.hint(self._truth, found, names, likely)

@@ -113,7 +113,7 @@ def test_the_nearest_slip_explains_what_is_nearer_to_it_than_to_the_truth(
     c, sd = mine._truth.answer["c"], mine._truth.sd
     slips = {"Farther?": {"c": c + 12 * sd}, "Far?": {"c": c + 8 * sd}}
     monkeypatch.setattr(lesson, "slips", lambda truth: slips)
-    said = mine.explained(c + sds * sd)
+    said = mine.explained({"c": c + sds * sd})
     assert said.startswith(words) if words else said == ""
 
 
