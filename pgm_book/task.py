@@ -16,13 +16,13 @@ every machine. What a lesson asks stands in its ``task.py``, with six functions:
 ``slips(truth)``
     By the hint that helps, the values that the likeliest wrong programs give with these
     data; those that they do not spoil are left out.
-``hint(truth, found, wrong, likely)``
-    `likely`, the hint of the slip that explains one of the `wrong` parts, or another
-    sentence, most of all where it is empty.
+``hint(truth, found, wrong)``
+    What helps where these parts are wrong: the hint of a slip, or another sentence.
 ``picture(truth, found)``
     The values beside the truth: a figure and what it shows.
 
-`grey` and `table` make what a file holds, `named` reads an answer of several parts.
+`grey` and `table` make what a file holds, `named` reads an answer of several parts,
+`likeliest` finds the slip that explains a wrong one.
 """
 
 import copy
@@ -33,7 +33,7 @@ import shutil
 import sys
 import tempfile
 import weakref
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -129,14 +129,12 @@ class Task:
     def explained(self, found: Any) -> str:
         """Return the hint to values of which some are wrong, "" where all are right."""
         parts = self._lesson.judge(self._truth, found)
-        wrong = [part for part in parts if not part.holds]
+        wrong = [part.name for part in parts if not part.holds]
         if not wrong:
             return ""
         if not hasattr(self._lesson, "read"):
             return self._lesson.hint(self._truth, found)
-        likely = likeliest(self._lesson, self._truth, found, wrong)
-        names = [part.name for part in wrong]
-        return self._lesson.hint(self._truth, found, names, likely)
+        return self._lesson.hint(self._truth, found, wrong)
 
     def _found(self, result: Any) -> Any:
         """A result by names; as it is where the lesson's judge reads it."""
@@ -240,19 +238,24 @@ def named(result: Any, wanted: dict[str, tuple[str, Any]]) -> Answer:
     return found
 
 
-def likeliest(lesson: Any, truth: Any, found: Answer, wrong: list[Part]) -> str:
+def likeliest(
+    judge: Callable[[Any, Answer], list[Part]],
+    truth: Any,
+    found: Answer,
+    slips: Mapping[str, Answer],
+) -> str:
     """Return the hint of the slip that explains the first wrong part, or a later one.
 
     A slip explains a part that would hold if what the slip gives were the right answer,
     and that is much nearer to it; of several the nearest is taken. Where none explains
     anything, "" is returned.
     """
-    off = {part.name: part.off for part in wrong}
+    off = {part.name: part.off for part in judge(truth, found) if not part.holds}
     near: dict[str, dict[str, float]] = {name: {} for name in off}
-    for words, change in lesson.slips(truth).items():
+    for words, change in slips.items():
         as_if = copy.copy(truth)  # with all that is cached
         vars(as_if)["answer"] = truth.answer | change
-        for part in lesson.judge(as_if, found):
+        for part in judge(as_if, found):
             if part.holds and 2 * part.off < off.get(part.name, 0):
                 near[part.name][words] = part.off
     return next((min(one, key=one.__getitem__) for one in near.values() if one), "")

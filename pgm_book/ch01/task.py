@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pgm_book.common.checks import CheckFailed
-from pgm_book.task import Answer, Part, grey, named, table
+from pgm_book.task import Answer, Part, grey, likeliest, named, table
 from pgm_lab import frames, plot, simulate
 
 NOISE, CONTRAST, DIAMETER = 3.0, 150.0, 9.0  # grey values, and pixels
@@ -138,7 +138,7 @@ def slips(truth: Truth) -> dict[str, Answer]:
     }
 
 
-def hint(truth: Truth, found: Answer, wrong: list[str], likely: str) -> str:
+def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
     """Return the hint to what spoils all centroids, or to a single slip."""
     size, right = (
         found["pixel_size"] / truth.answer["pixel_size"],
@@ -152,8 +152,8 @@ def hint(truth: Truth, found: Answer, wrong: list[str], likely: str) -> str:
             "The centroids are off along the way to the centres of their windows:"
             " which grey value has the empty background of this photo?"
         )
-    if likely:
-        return likely
+    if slip := likeliest(judge, truth, found, slips(truth)):
+        return slip
     if "pixel_size" in wrong and abs(size - 1) < 0.01:
         return (
             "Clicks are good to two pixels: fit the lines to the measured centres of"

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from pgm_book.common.checks import CheckFailed
 from pgm_book.program.adjustment import adjust, redundancy_numbers
-from pgm_book.task import Answer, Part, named, table
+from pgm_book.task import Answer, Part, likeliest, named, table
 from pgm_lab import plot
 
 SIGMA0 = 0.002  # m, of a line of 1 km
@@ -159,10 +159,10 @@ def slips(truth: Truth) -> dict[str, Answer]:
     }
 
 
-def hint(truth: Truth, found: Answer, wrong: list[str], likely: str) -> str:
+def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
     """Return the hint to the slip that explains a part, or to all that is wrong."""
-    parts = " and ".join(wrong)
-    return likely or f"Look again at {parts}. Which readings fit your heights?"
+    otherwise = f"Look again at {' and '.join(wrong)}. Which readings fit your heights?"
+    return likeliest(judge, truth, found, slips(truth)) or otherwise
 
 
 def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:

@@ -65,4 +65,4 @@ def test_lines_through_the_clicks_are_not_exact_enough(seed):
     fits = [np.polyfit(a, b, 1)[0] for a, b in zip(clicks_and_own[:, :2].T, own.T)]
     result = truth.answer | {"pixel_size": np.mean(np.abs(fits))}
     wrong = [part.name for part in lesson.judge(truth, result) if not part.holds]
-    assert lesson.hint(truth, result, wrong, "").startswith("Clicks are good")
+    assert lesson.hint(truth, result, wrong).startswith("Clicks are good")

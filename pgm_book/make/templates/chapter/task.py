@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pgm_book.common.checks import numbers
-from pgm_book.task import Answer, Part, table
+from pgm_book.task import Answer, Part, likeliest, table
 from pgm_lab import plot
 
 PIXEL, BUS, SIGMA = 0.004, 12.0, 0.5  # mm, m, and pixels: of one measured length
@@ -55,9 +55,9 @@ def slips(truth: Truth) -> dict[str, Answer]:
     }
 
 
-def hint(truth: Truth, found: Answer, wrong: list[str], likely: str) -> str:
+def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
     """Return the hint to the slip that explains the result."""
-    return likely or "Draw the two triangles."
+    return likeliest(judge, truth, found, slips(truth)) or "Draw the two triangles."
 
 
 def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
