@@ -1,6 +1,6 @@
 """OpenCV's 26 photos of one board, by two cameras of a rig: what is bent, and how far.
 
-The cameras share no photo. What both find is the board's.
+The two cameras took them at the same 13 moments. What both find is the board's.
 """
 
 from dataclasses import replace
