@@ -73,7 +73,7 @@ def model_point(function: Callable[..., object]) -> None:
         ),
     }
     otherwise = "the point does not lie where the two rays meet"
-    if np.shape(answer_of(function, *cases[0])) == (3, 1):
+    if getattr(answer_of(function, *cases[0]), "shape", ()) == (3, 1):
         raise CheckFailed("model_point must return three numbers, not a column of them")
     holds, hint = compare(function, cases, right, slips, otherwise)
     report("model_point", [("both rays meet in it", holds, hint)])
