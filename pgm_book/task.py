@@ -213,7 +213,7 @@ def named(result: Any, wanted: dict[str, tuple[str, Any]]) -> dict[str, Any]:
         result = dict(zip(wanted, result))
     if not isinstance(result, Mapping) or not wanted.keys() <= set(result):
         each = "; ".join(f'"{name}", {words}' for name, (words, _) in wanted.items())
-        raise CheckFailed(f"the result must be a dict with {each}")
+        raise CheckFailed(f"the result must be a dict, or all in this order: {each}")
     found = {name: result[name] for name in wanted}
     for name, (words, shape) in wanted.items():
         if shape is not None:
