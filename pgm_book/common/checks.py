@@ -184,11 +184,11 @@ def call(
 
 @contextlib.contextmanager
 def in_words(hint: str) -> Iterator[None]:
-    """Say what it means if NumPy meets shapes that do not fit."""
+    """Say what it means if shapes do not fit, within NumPy or in the answer."""
     try:
         yield
     except CheckFailed as error:
-        if isinstance(error.__cause__, ValueError):
+        if isinstance(error.__cause__, ValueError) or "of shape" in str(error):
             raise CheckFailed(f"{error}. {hint}") from error.__cause__
         raise
 
