@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from pgm_book.program import camera as collinearity
 from pgm_book.program import orientation as lines
-from pgm_book.task import Part, named, table
+from pgm_book.task import Part, likeliest, named, table
 from pgm_lab import plot, rotation
 
 SIGMA = 0.002  # mm, of an image coordinate
@@ -21,6 +21,7 @@ WANTED = {
     "distance": ("one number: from P to Q in metres", ()),
     "sd": ("one number: the standard deviation of the distance, in metres", ()),
 }
+OTHER_UNIT = "X0 of the right photo is 1: it is the unit of the whole base."
 SD_ALLOWED = 10.0  # per cent: boxes are not weighted, which changes it by up to 3
 
 
@@ -71,18 +72,16 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     grid = np.array([(x, y) for y in (-2, 0, 2) for x in (-2, 0.5, 3, 5.5)])
     points = np.empty((16, 3))
     points[4:, :2] = grid + chance.uniform(-0.7, 0.7, (12, 2))
-    points[:2] = (chance.uniform(0, 2), -1.5, 0), (0, -1.5, 0)
-    points[1] = points[0] + (bar, 0, 0)
+    points[0, :2] = chance.uniform(0, 2), -1.5
     points[2:4, :2] = chance.uniform([(-2, 1), (3, -2)], [(-1, 2), (5.5, -1)])
     points[:, 2] = -15 + chance.uniform(-1.5, 1.5, 16)
-    points[1, 2] = points[0, 2]
+    points[1] = points[0] + (bar, 0, 0)
     points[2:4, 2] = chance.uniform([-14, -17], [-13, -16])  # turns tell on depth
     true = [collinearity.project(e, points, c) for e in (LEFT, exterior)]
     image = np.round(true + SIGMA * chance.standard_normal((2, 16, 2)), 4)
     rows = [(name, *left, *right) for name, left, right in zip(NAMES, *image)]
-    points_csv = table(
-        "point,x_left,y_left,x_right,y_right", "{}" + 4 * ",{:.4f}", rows
-    )
+    head = "point,x_left,y_left,x_right,y_right"
+    points_csv = table(head, "{}" + 4 * ",{:.4f}", rows)
     scale = np.array([base[0]] * 3 + [1] * 3)
     truth = Truth(exterior / scale, points / base[0], bar, c, image)
     weak = truth.precision(known=True)[1] > 0.8 * truth.precision()[1]
@@ -97,11 +96,10 @@ def judge(truth: Truth, result: object) -> list[Part]:
     """Return how far the five numbers, the distance and its sd are off."""
     found = named(result, WANTED)
     Q, sd = truth.precision()
-    off = found["exterior"][1:] - truth.exterior[1:]
-    held = abs(found["exterior"][0] - 1) < 1e-6
-    five = np.sqrt(off @ np.linalg.solve(Q, off) / 5) if held else np.inf
+    X0, *five = found["exterior"] - truth.exterior
     return [
-        Part("exterior", float(five)),
+        Part("X0", float(abs(X0) > 1e-6), 0.0),
+        Part("exterior", float(np.sqrt(five @ np.linalg.solve(Q, five) / 5))),
         Part("distance", abs(found["distance"] - truth.distance) / sd),
         Part("sd", 100 * abs(found["sd"] / sd - 1), SD_ALLOWED, "per cent off"),
     ]
@@ -110,28 +108,26 @@ def judge(truth: Truth, result: object) -> list[Part]:
 def slips(truth: Truth) -> dict[str, dict]:
     """Return what the likeliest wrong programs give."""
     good = _solved(truth)
-    e, distance = good["exterior"], good["distance"]
+    e, distance, sd = good.values()
     A, B = _model(truth, e)[:2]  # as measured
     unit = truth.bar / np.linalg.norm(B - A)  # metres
     wrong = {
-        "X0 of the right photo is 1: it is the unit of the whole base.": {
-            "exterior": np.append(e[:3] / np.linalg.norm(e[:3]), e[3:])
-        },
+        OTHER_UNIT: {"exterior": np.append(unit * e[:3], e[3:])},
         "The angles are wanted in radians.": {
             "exterior": np.append(e[:3], np.degrees(e[3:]))
+        },
+        "Left and right are exchanged: the left photo stands at the origin.": {
+            "exterior": lines.relative(truth.image[1], truth.image[0], truth.c)
         },
         "This is the length in the model, whose unit is X0 of the right photo: the bar"
         " gives the scale.": {"distance": distance / unit},
         "The scale is upside down.": {"distance": distance / unit**2},
         "The bar is not one metre long.": {"distance": distance / truth.bar},
-        "Millimetres? The standard deviation is wanted in metres.": {
-            "sd": 1000 * good["sd"]
-        },
+        "That is the bar, from A to B.": {"distance": truth.bar},
+        "Millimetres? The standard deviation is wanted in metres.": {"sd": 1000 * sd},
         "The right photo is not free of error: move an image coordinate, and its five"
         " numbers move, too.": {"sd": truth.precision(known=True)[1]},
-        "An image coordinate is off by 0.002 mm, not by 1 mm.": {
-            "sd": good["sd"] / SIGMA
-        },
+        "An image coordinate is off by 0.002 mm, not by 1 mm.": {"sd": sd / SIGMA},
     }
     return {words: good | part for words, part in wrong.items()}
 
@@ -141,20 +137,19 @@ def hint(truth: Truth, result: object) -> str:
     found, good = named(result, WANTED), _solved(truth)
     part = next(one.name for one in judge(truth, result) if not one.holds)
 
-    def alike(one: np.ndarray, other: np.ndarray) -> bool:
-        apart = np.linalg.norm(one - other) / np.linalg.norm(other)
-        return bool(apart < LIKE[part])
+    def same(key: str, one: np.ndarray, other: np.ndarray) -> bool:
+        return bool(np.linalg.norm(one - other) < LIKE[key] * np.linalg.norm(other))
 
-    for words, wrong in slips(truth).items():
-        if alike(found[part], wrong[part]) and not alike(good[part], wrong[part]):
-            return words
-    return {
+    general = {
+        "X0": OTHER_UNIT,
         "exterior": "Are the boxes flat for what you found? Print all volumes: they"
         " fall by orders of magnitude from step to step, or a sign is wrong.",
-        "distance": "The exterior is right. Do the rays meet, in front of both photos?",
+        "distance": "The exterior is right. Do the rays meet in front of both photos?",
         "sd": "The distance is right. It is a function of all 64 image coordinates:"
-        " what does each contribute, and how do independent errors add up?",
-    }[part]
+        " what does each contribute, and how do independent errors add up? (A"
+        " simulation needs a thousand runs.)",
+    }
+    return likeliest(slips(truth), good, found, [part], same) or general[part]
 
 
 def picture(truth: Truth, result: object) -> tuple[Figure, str]:
@@ -165,18 +160,15 @@ def picture(truth: Truth, result: object) -> tuple[Figure, str]:
         for model in (_model(truth, found["exterior"]), truth.model)
     )
     fig, axes = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
-    for ax, down, name in zip(
-        axes, (1, 2), ("from the front; squares: true", "from above")
-    ):
-        ax.plot(true[:, 0], true[:, down], "s", color=plot.BLACK, mfc="none", ms=10)
-        ax.plot(yours[:, 0], yours[:, down], ".", color=plot.BLUE, ms=8)
-        for k, colour in ((0, plot.GREEN), (2, plot.RED)):
-            ax.plot(yours[k : k + 2, 0], yours[k : k + 2, down], color=colour, lw=2)
-        for k in range(4):
-            aside = 6, -18 if k < 2 else 6  # A and B below, P and Q above
-            at, look = true[k, [0, down]], {"textcoords": "offset points", "size": 15}
-            ax.annotate(NAMES[k], at, aside, **look)
-        ax.set(xlabel="X in m", ylabel=f"{'XYZ'[down]} in m", title=name)
+    views = "from the front; squares: true", "from above"
+    for ax, down, view in zip(axes, ([0, 1], [0, 2]), views):
+        ax.plot(*true[:, down].T, "s", color=plot.BLACK, mfc="none", ms=10)
+        ax.plot(*yours[:, down].T, ".", color=plot.BLUE, ms=8)
+        ax.plot(*yours[:2, down].T, color=plot.GREEN, lw=2)
+        ax.plot(*yours[2:4, down].T, color=plot.RED, lw=2)
+        for name, at, aside in zip(NAMES, true[:, down], (-18, -18, 6, 6)):
+            ax.annotate(name, at, (6, aside), textcoords="offset points", size=15)
+        ax.set(xlabel="X in m", ylabel=f"{'XYZ'[down[1]]} in m", title=view)
         ax.set_aspect("equal", adjustable="datalim")
     said = f"P to Q: {found['distance']:.3f} m ± {1000 * found['sd']:.0f} mm"
     fig.suptitle(f"{said} (true: {truth.distance:.3f} m)")
