@@ -30,7 +30,10 @@ OTHER_RAY = (
     "The ray: resect every photo with the camera and the targets that you found, and"
     " look at what remains, ray by ray."
 )
-OTHER_C = "c and sd: from all other rays, all ten parameters, 24 mm; round nothing."
+OTHER_C = (
+    "c and sd: use all other rays and all ten parameters, begin with 24 mm, and hand"
+    " both in with all their digits."
+)
 PARAMETER = (
     "The parameter: mm, mm⁻² and mm⁻⁶ cannot be compared. How far does one standard"
     " deviation of each move the image point (10, 6) mm?"
@@ -181,7 +184,7 @@ def slips(truth: Truth) -> dict[str, dict[str, Any]]:
         },
         OTHER_RAY: {"ray": (photo, point % 48 + 1)},
         "The diagonal of C holds variances.": {"sd": sd**2},
-        "The standard deviation of c is wanted in mm.": {"sd": 1000 * sd},
+        "Both c and its standard deviation are wanted in mm.": {"sd": 1000 * sd},
         "This still contains the blunder: leave that ray out, and adjust once more.": (
             spoiled
         ),
