@@ -38,4 +38,4 @@ def test_what_is_printed_of_a_factor_agrees_with_what_is_said_of_it(
 ):
     answer = np.column_stack([truth.ground[:, 2], factor * truth.sd])
     _, part = lesson.judge(truth, answer)
-    assert part.holds is holds and f": {factor} (1.2 allowed)" in str(part)
+    assert part.holds == holds and f": {factor} (1.2 allowed)" in str(part)
