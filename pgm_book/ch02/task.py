@@ -38,7 +38,8 @@ REPEATED = (
 )
 STRICT = (
     "Points that both photos show are missing. Does the search window hold all four"
-    " matches in `known`? How high is r at points that you see in both photos?"
+    " matches in `known` (a shift is right minus left)? How high is r at points that"
+    " you see in both photos?"
 )
 SWAPPED = "Column and row are exchanged: column first."
 SHIFT = "Those are shifts; the pixel in the right photo is wanted."
