@@ -38,7 +38,8 @@ REPEATED = (
 )
 STRICT = (
     "Points that both photos show are missing. Does the search window hold all four"
-    " matches in `known`? How high is r at points that you see in both photos?"
+    " matches in `known` (a shift is right minus left)? How high is r at points that"
+    " you see in both photos?"
 )
 SWAPPED = "Column and row are exchanged: column first."
 SHIFT = "Those are shifts; the pixel in the right photo is wanted."
@@ -156,8 +157,8 @@ def _ground(
 
 def judge(truth: Truth, result: object) -> list[Part]:
     """Return how many points are missing, the wrong ones counted twice."""
-    found = _pixels(result)
-    given, right = _given(found), truth.right_ones(found)
+    found, given = _read(result)
+    right = truth.right_ones(found)
     missing, wrong = ~given & (truth.kind != HIDDEN), np.sum(given & ~right)
     lost = np.sum(missing) + 2 * wrong
     words = f"{np.sum(missing)} missing, {wrong} wrong (each counts 2)"
@@ -170,19 +171,15 @@ def judge(truth: Truth, result: object) -> list[Part]:
     return [Part(words, float(lost), ALLOWED, "lost")]
 
 
-def _pixels(result: Any) -> np.ndarray:
-    """Return an answer as (30, 2)."""
+def _read(result: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return an answer as (30, 2), and in which rows there is a pixel."""
     try:
         found = np.array(result, dtype=float)
     except (TypeError, ValueError):
         raise CheckFailed(f"the result must be {FORM}") from None
     if found.shape != (30, 2):
         raise CheckFailed(f"the result must be {FORM}; got {found.shape}")
-    return found
-
-
-def _given(found: np.ndarray) -> np.ndarray:
-    return np.all(np.isfinite(found), axis=1)
+    return found, np.isfinite(found).all(axis=1)
 
 
 def slips(truth: Truth) -> dict[str, np.ndarray]:
@@ -206,8 +203,7 @@ def slips(truth: Truth) -> dict[str, np.ndarray]:
 
 def hint(truth: Truth, result: object) -> str:
     """Return the hint to what most points suffer from."""
-    found = _pixels(result)
-    given, hidden = _given(found), truth.kind == HIDDEN
+    (found, given), hidden = _read(result), truth.kind == HIDDEN
     wrong, seen = given & ~truth.right_ones(found), given & ~hidden
     if np.sum(wrong & seen) > np.sum(seen) / 2:
         by = np.median((found - truth.there)[seen], axis=0)
@@ -230,27 +226,25 @@ def hint(truth: Truth, result: object) -> str:
 
 def picture(truth: Truth, result: object) -> tuple[Figure, str]:
     """Draw all points in both photos: right, wrong, missing, rightly left out."""
-    found = _pixels(result)
-    given, right, hidden = _given(found), truth.right_ones(found), truth.kind == HIDDEN
+    (found, given), hidden = _read(result), truth.kind == HIDDEN
+    right = truth.right_ones(found)
     groups = (
         ("right", right, "o", plot.SKY),
         ("wrong", given & ~right, "X", plot.RED),
         ("missing", ~given & ~hidden, "s", plot.ORANGE),
         ("hidden, left out", ~given & hidden, "D", plot.GREEN),
     )
+    labels = [f"{np.sum(chosen)} {name}" for name, chosen, *_ in groups]
     fig, axes = plt.subplots(1, 2, figsize=(10, 4.4))
     photos = (truth.left, truth.points, "left"), (truth.right, truth.there, "right")
     for ax, (photo, at, name) in zip(axes, photos):
         ax.imshow(photo // 24, interpolation="nearest")  # a small file
-        for label, chosen, mark, colour in groups:
+        for _, chosen, mark, colour in groups:
             look: Look = {"color": colour, "ls": "none", "ms": 9, "mec": "black"}
-            ax.plot(*at[chosen].T, mark, label=f"{np.sum(chosen)} {label}", **look)
+            ax.plot(*at[chosen].T, mark, **look)
         ax.set(title=name, xticks=[], yticks=[])
-    fig.legend(
-        *axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4
-    )
-    counts = ", ".join(f"{np.sum(chosen)} {label}" for label, chosen, *_ in groups)
+    fig.legend(axes[0].lines, labels, loc="outside lower center", ncols=4)
     return fig, (
-        f"Both photos with the thirty points at their true places: {counts}. Rows of"
-        " small trees look alike; hidden points lie to the left of high crowns."
+        f"Both photos with the thirty points at their true places: {', '.join(labels)}."
+        " Rows of small trees look alike; hidden points lie to the left of high crowns."
     )

@@ -1,5 +1,6 @@
 """The task of chapter 8: a profile of heights from two photos as they were taken."""
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -170,8 +171,11 @@ def slips(truth: Truth) -> dict[str, np.ndarray]:
     def searched(turns: list, N: np.ndarray, order: int = 1) -> np.ndarray:
         """Heights from images whose rows show different things."""
         photos = zip(truth.photos, turns)
-        pair = [normal_case(p.grey * 1.0, M, N, C, PIXEL) for p, M in photos][::order]
-        d = [_disparity(pair, *pixel) for pixel in truth.pixels]
+        pair = [normal_case(p.grey * 1.0, M, N, C, PIXEL) for p, M in photos]
+        left, right, d = *pair[::order], np.full(POINTS, np.nan)
+        for k, (column, row) in enumerate(truth.pixels):
+            with suppress(ValueError):  # where one shows nothing
+                d[k], _ = best_disparity(left, right, column, row, WINDOW, *SEARCH)
         return Z0 + (Z - Z0) * truth.disparity / d
 
     heights = {
@@ -199,14 +203,6 @@ def slips(truth: Truth) -> dict[str, np.ndarray]:
     both = [(words, wrong, sd) for words, wrong in heights.items()]
     both += [(words, Z, wrong) for words, wrong in precisions.items()]
     return {words: np.column_stack(answer) for words, *answer in both}
-
-
-def _disparity(pair: list[np.ndarray], column: int, row: int) -> float:
-    """Disparity of a pixel; NaN where the window shows nothing."""
-    try:
-        return best_disparity(pair[0], pair[1], column, row, WINDOW, *SEARCH)[0]
-    except ValueError:
-        return np.nan
 
 
 def hint(truth: Truth, result: object) -> str:
@@ -245,5 +241,7 @@ def picture(truth: Truth, result: object) -> tuple[Figure, str]:
     ax.set(xlabel="along the profile (m)", ylabel="height (m)")
     ax.set_ylim(land.min() - 1, land.max() + 1)
     ax.legend()
-    words = "heights, with bars of three standard deviations, and the land as a line"
-    return fig, f"A profile {along[-1]:.0f} m long: your {words}."
+    return (
+        fig,
+        f"A profile {along[-1]:.0f} m long: your heights with bars, and the land.",
+    )

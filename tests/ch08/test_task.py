@@ -1,0 +1,41 @@
+"""The task of chapter 8: what no slip explains is still said as far as it is known."""
+
+import numpy as np
+import pytest
+
+from pgm_book import task
+from pgm_book.ch08 import task as lesson
+
+
+@pytest.fixture
+def truth(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    return task.start(8, "Ada")._truth
+
+
+def test_disparities_that_were_searched_elsewhere_are_recognised(truth):
+    Z0, Z = truth.photos[0].exterior[2], truth.ground[:, 2]
+    found = np.linspace(-60, 30, 40) + 0.5  # px
+    heights = Z0 + (Z - Z0) * truth.disparity / found
+    said = lesson.hint(truth, np.column_stack([heights, truth.sd]))
+    assert "not from 100 to 168 px" in said
+
+
+def test_a_few_wrong_heights_are_no_slip_of_all_nor_of_their_precision(truth):
+    answer = np.column_stack([truth.ground[:, 2], truth.sd])
+    answer[:8, 0] += 2
+    assert lesson.hint(truth, answer).startswith("Show both normal images")
+    answer[:8, 0] -= 2
+    answer[:, 1] *= 1.5
+    assert lesson.hint(truth, answer).startswith("The heights hold.")
+
+
+@pytest.mark.parametrize(
+    ("factor", "holds"), [(1.19, True), (1.2, True), (1.21, False)]
+)
+def test_what_is_printed_of_a_factor_agrees_with_what_is_said_of_it(
+    truth, factor, holds
+):
+    answer = np.column_stack([truth.ground[:, 2], factor * truth.sd])
+    _, part = lesson.judge(truth, answer)
+    assert part.holds == holds and f": {factor} (1.2 allowed)" in str(part)
