@@ -6,16 +6,16 @@ every machine. What a lesson asks stands in its ``task.py``, with six functions:
 ``make(chance)``
     The files, and the truth that belongs to them. A file is text, or grey values
     (uint8), which are written as PNG. `chance` is a frozen stream; numbers are rounded,
-    so that the last digit of a library changes nothing. The truth has the right values
-    by name in ``answer``, a field or a cached property.
+    so that the last digit of a library changes nothing.
 ``read(result)``
-    The values of an answer by name; a CheckFailed where it is none to the question.
+    The values of an answer, most often by name; a CheckFailed where it is none to the
+    question.
 ``judge(truth, found)``
-    The parts of an answer, each with how far it is off ``truth.answer``. How far it may
-    be does not depend on that field.
+    The parts of an answer, each with how far it is off.
 ``slips(truth)``
-    By the hint that helps, the values that the likeliest wrong programs give with these
-    data; those that they do not spoil are left out.
+    By the hint that helps, what the likeliest wrong programs give with these data.
+    Where the truth has the right values by name, in ``answer``, only those that the
+    program spoils.
 ``hint(truth, found, wrong)``
     What helps where these parts are wrong: the hint of a slip, or another sentence.
 ``picture(truth, found)``
@@ -94,7 +94,7 @@ class Task:
 
     def judged(self, result: Any) -> list[Part]:
         """Return how far the parts of a result are off; nothing is kept."""
-        return self._lesson.judge(self._truth, self._found(result))
+        return self._lesson.judge(self._truth, self._lesson.read(result))
 
     def hand_in(self, result: Any) -> None:
         """Say whether a result is right, within what the noise of the data allows.
@@ -116,29 +116,21 @@ class Task:
         if not passed:
             raise CheckFailed(f"try {number}: {said}. mine.hint() names a likely slip.")
         print(f"✓ Task {self.number}, try {number}. {said}.")
-        figure, alt = self._lesson.picture(self._truth, self._found(result))
+        figure, alt = self._lesson.picture(self._truth, self._lesson.read(result))
         plot.show(figure, alt)
 
     def hint(self) -> None:
         """Name the slip that the last result looks like, or what its form must be."""
         if not self._last:
             raise CheckFailed("hand a result in first: mine.hand_in(result)")
-        found = self._found(*self._last)
+        found = self._lesson.read(*self._last)
         print(self.explained(found) or "Your last result is right.")
 
     def explained(self, found: Any) -> str:
         """Return the hint to values of which some are wrong, "" where all are right."""
         parts = self._lesson.judge(self._truth, found)
         wrong = [part.name for part in parts if not part.holds]
-        if not wrong:
-            return ""
-        if not hasattr(self._lesson, "read"):
-            return self._lesson.hint(self._truth, found)
-        return self._lesson.hint(self._truth, found, wrong)
-
-    def _found(self, result: Any) -> Any:
-        """A result by names; as it is where the lesson's judge reads it."""
-        return getattr(self._lesson, "read", lambda result: result)(result)
+        return self._lesson.hint(self._truth, found, wrong) if wrong else ""
 
     def _kept(self, parts: list[Part], passed: bool) -> int:
         """Keep a try beside the reader's program; return its number."""
@@ -230,7 +222,7 @@ def named(result: Any, wanted: dict[str, tuple[str, Any]]) -> Answer:
         result = dict(zip(wanted, result))
     if not isinstance(result, Mapping) or not wanted.keys() <= set(result):
         each = "; ".join(f'"{name}", {words}' for name, (words, _) in wanted.items())
-        raise CheckFailed(f"the result must be a dict with {each}")
+        raise CheckFailed(f"the result must be a dict, or all in this order: {each}")
     found = {name: result[name] for name in wanted}
     for name, (words, shape) in wanted.items():
         if shape is not None:
@@ -242,21 +234,22 @@ def likeliest(
     judge: Callable[[Any, Answer], list[Part]],
     truth: Any,
     found: Answer,
+    wrong: Iterable[str],
     slips: Mapping[str, Answer],
 ) -> str:
     """Return the hint of the slip that explains the first wrong part, or a later one.
 
-    A slip explains a part that would hold if what the slip gives were the right answer,
-    and that is much nearer to it; of several the nearest is taken. Where none explains
-    anything, "" is returned.
+    A slip explains a part that would hold if what the slip gives were the right answer;
+    of several the nearest is taken. Where none explains anything, "" is returned. So
+    `judge` compares with ``truth.answer``, a field or a cached property, on which what
+    is allowed must not depend.
     """
-    off = {part.name: part.off for part in judge(truth, found) if not part.holds}
-    near: dict[str, dict[str, float]] = {name: {} for name in off}
+    near: dict[str, dict[str, float]] = {name: {} for name in wrong}
     for words, change in slips.items():
         as_if = copy.copy(truth)  # with all that is cached
         vars(as_if)["answer"] = truth.answer | change
         for part in judge(as_if, found):
-            if part.holds and 2 * part.off < off.get(part.name, 0):
+            if part.name in near and part.holds:
                 near[part.name][words] = part.off
     return next((min(one, key=one.__getitem__) for one in near.values() if one), "")
 

@@ -14,6 +14,7 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Iterator
 from multiprocessing import resource_tracker, util
 from pathlib import Path
 
@@ -180,14 +181,16 @@ def open_files() -> set[str]:
     return {one for one in found if not any(kept in one for kept in KEPT_FILES)}
 
 
-FOLDERS = [
-    folder
-    for folder in [ROOT, *(f for f in ROOT.rglob("*") if f.is_dir())]
-    if not any(
-        part.startswith((".", "work-")) or part in OF_TOOLS
-        for part in folder.relative_to(ROOT).parts
-    )
-]
+def folders(folder: Path) -> Iterator[Path]:
+    """A folder and all in it, but for those of tools, which hold far more files."""
+    yield folder
+    for one in folder.iterdir():
+        ours = not one.name.startswith((".", "work-")) and one.name not in OF_TOOLS
+        if ours and one.is_dir():
+            yield from folders(one)
+
+
+FOLDERS = list(folders(ROOT))
 
 
 def tree() -> frozenset[str]:

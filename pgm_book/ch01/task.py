@@ -152,7 +152,7 @@ def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
             "The centroids are off along the way to the centres of their windows:"
             " which grey value has the empty background of this photo?"
         )
-    if slip := likeliest(judge, truth, found, slips(truth)):
+    if slip := likeliest(judge, truth, found, wrong, slips(truth)):
         return slip
     if "pixel_size" in wrong and abs(size - 1) < 0.01:
         return (

@@ -1,7 +1,6 @@
 """Checks of the exercises of chapter 2, normalized cross correlation, and its case."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from itertools import product
 
 import numpy as np
@@ -14,6 +13,7 @@ from pgm_book.common.checks import (
     call,
     chance,
     first_slip,
+    in_words,
     near,
     numbers,
     report,
@@ -49,23 +49,12 @@ def _r(a: np.ndarray, b: np.ndarray, centred: bool = True) -> float:
     return float(np.sum(a * b) / np.sqrt(np.sum(a * a) * np.sum(b * b)))
 
 
-@contextmanager
-def _in_words(hint: str) -> Iterator[None]:
-    """Say what it means if NumPy meets shapes that do not fit."""
-    try:
-        yield
-    except CheckFailed as error:
-        if isinstance(error.__cause__, ValueError):
-            raise CheckFailed(f"{error}. {hint}") from error.__cause__
-        raise
-
-
 def correlation(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
     """Check the correlation of two windows, as a function of the reader's own."""
     rng = chance(25)
     a = rng.integers(20, 200, (6, 4)).astype(float)
     other = rng.integers(20, 200, (6, 4)) + 0.5 * a
-    with _in_words("Windows are multiplied pixel by pixel, with *"):
+    with in_words("Multiply pixel by pixel, with *; np.sum adds all pixels"):
         found = np.array([call(function, a, b, shape=()) for b in (other, -other)])
     line = np.array(
         [call(function, a, gain * a + 40, shape=()) for gain in (0.6, -0.6)]
@@ -158,7 +147,8 @@ def line(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
     rng = chance(206)
     x = rng.uniform(20, 200, (3, 7))
     offset, gain = shaken(207, (12.5, 0.7))
-    exact = call(function, x, offset + gain * x, shape=(2,))
+    with in_words("alpha is one number: take the means"):
+        exact = call(function, x, offset + gain * x, shape=(2,))
     y = 30 + 0.8 * x + rng.normal(0, 9, x.shape)
     found = call(function, x, y, shape=(2,))
     beta, alpha = np.polyfit(x.ravel(), y.ravel(), 1)
@@ -267,7 +257,7 @@ def correlation_map(function: Callable[[np.ndarray, np.ndarray], object]) -> Non
     row, column = varied(27, (2, 6), lambda rng: tuple(rng.integers(1, 6, 2).tolist()))
     template = search[row : row + 3, column : column + 5].copy()
     expected = map_of(template, search)
-    with _in_words("Is each part as large as the template? i counts rows, j columns"):
+    with in_words("Is each part as large as the template, its top left search[i, j]?"):
         found = call(function, template, search, shape=expected.shape, single=True)
     if not np.any(found):
         raise CheckFailed("correlation_map: the map is still all zeros. Your turn!")

@@ -299,6 +299,11 @@ def match(function: Callable) -> None:
                 " weight for each pixel, an array (n,) and no matrix, and the n"
                 " observed values"
             ) from error
+        if "outside the image" in str(error):
+            raise CheckFailed(
+                "match: the parameters lead out of the photo. Append p + step, the"
+                " improved parameters, as one row; observed is A minus (h0 + h1 B)"
+            ) from error
         raise
     if not isinstance(answer, tuple | list) or len(answer) != 3:
         raise CheckFailed("match must return three things: trail, sigma0, Q")
@@ -332,6 +337,8 @@ def match(function: Callable) -> None:
     own, wanted = np.diag(Q), np.diag(book[2])
     alike = near(sigma0 / book[1], 1, 0.05)
     said = first_slip(sigma0, squared, LAST, 0.05)
+    if not alike and np.allclose(sigma0**2 * own, book[1] ** 2 * wanted, 0.05):
+        said = "sigma0 and Q fit together, but every pixel has the weight 1"
     if alike and near(own / (book[1] ** 2 * wanted), 1, 0.1):
         said = of_Q
     whole = len(trail) > 1 and near(trail[1, :6], book[0][1, :6], 2e-5)
@@ -355,7 +362,7 @@ def match(function: Callable) -> None:
                 "only a part of a step is added to the parameters, or it is rounded"
                 if near(trail[0], start)
                 else "the first row of the trail is not the start any more: p += step"
-                " changes the row that p stands for",
+                " changes the row that p stands for, or the trail was begun anew",
             ),
         ],
     )

@@ -26,6 +26,7 @@ WANTED = {
     "positions": (f"column and row of each in px, ({POINTS}, 2)", (POINTS, 2)),
     "covariances": (f"a covariance of each in px², ({POINTS}, 2, 2)", (POINTS, 2, 2)),
 }
+Pair = tuple[np.ndarray, np.ndarray]  # positions and covariances
 
 
 @dataclass(frozen=True)
@@ -71,11 +72,9 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str | np.ndarray], Tr
     start = np.rint(there).astype(int)
     left, right = photos
     head, rows = "column,row,right_column,right_row", np.hstack([points, start])
-    return {
-        "left.png": left,
-        "right.png": right,
-        "start.csv": table(head, "{},{},{},{}", rows),
-    }, Truth(left, right, points, affine, (-offset / gain, 1 / gain), start)
+    found = table(head, "{},{},{},{}", rows)
+    truth = Truth(left, right, points, affine, (-offset / gain, 1 / gain), start)
+    return {"left.png": left, "right.png": right, "start.csv": found}, truth
 
 
 def _points(left: np.ndarray, chance: np.random.RandomState) -> np.ndarray:
@@ -99,12 +98,12 @@ def _points(left: np.ndarray, chance: np.random.RandomState) -> np.ndarray:
     return np.array(found)[order[:POINTS]]
 
 
-def judge(truth: Truth, result: object) -> list[Part]:
+def judge(truth: Truth, found: Pair) -> list[Part]:
     """Return how far the worst position is off, and whether the covariances are true.
 
     The errors by their covariances have a chi-square of 160 on average.
     """
-    positions, covariances = _parts(result)
+    positions, covariances = found
     e = positions - truth.there
     ratio = np.sum(e * np.linalg.solve(covariances, e[..., None])[..., 0]) / e.size
     return [
@@ -114,49 +113,47 @@ def judge(truth: Truth, result: object) -> list[Part]:
     ]
 
 
-def slips(truth: Truth) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def slips(truth: Truth) -> dict[str, Pair]:
     """Return what the likeliest wrong programs give."""
     p, sigma0, Q = _solved(truth)
     at, cofactors = p[:, [0, 3]], Q[:, ::3, ::3][:, :2, :2]
-    sigma0 = sigma0[:, None, None]
     C = sigma0**2 * cofactors
-    found = truth.start.astype(float)
     return {
         "Q is not the covariance yet: it does not know the noise.": (at, cofactors),
-        "The noise is counted once; a covariance has the unit px².": (
-            at,
-            sigma0 * cofactors,
-        ),
+        "The noise is counted once; a covariance has the unit px².": (at, C / sigma0),
         "Those are the rows and columns of a0 and a1: the place is a0 and b0.": (
             at,
             sigma0**2 * Q[:, :2, :2],
         ),
-        "Those are still the positions of correlation.": (found, C),
+        "Those are still the positions of correlation.": (1.0 * truth.start, C),
         "Those are the points of the left photo.": (1.0 * truth.points, C),
         "Column and row are exchanged: column first.": (at[:, ::-1], C),
     }
 
 
-def hint(truth: Truth, result: object) -> str:
+def hint(truth: Truth, found: Pair, wrong: list[str]) -> str:
     """Return the hint to the slip that explains the result."""
-    positions, covariances = _parts(result)
-    lost = np.hypot(*(positions - truth.there).T).max() > FARTHEST
+    positions, covariances = found
+    off = positions - truth.there
+    lost = "the worst position" in wrong
     for words, (at, C) in slips(truth).items():
         near = np.abs(positions - at).max() < 0.05
         size = np.trace(C, axis1=1, axis2=2).mean()
         if near and (lost or np.abs(covariances - C).max() < 0.2 * size):
             return words
-    if lost:
-        return (
-            "At least one match ended in a wrong place, or was not carried to its end:"
-            " look at its residuals. Where does the light start, h0 and h1?"
-        )
-    return "Compare the errors that you would expect of one point with its covariance."
+    if not lost:
+        return "Compare the errors that you expect of one point with its covariance."
+    if np.ptp(off, axis=0).max() < 6 * FARTHEST:
+        return "All are off by the same: where do columns and rows begin, at 0?"
+    return (
+        "At least one match ended in a wrong place, or was not carried to its end:"
+        " look at its residuals. Where does the light start, h0 and h1?"
+    )
 
 
-def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Pair) -> tuple[Figure, str]:
     """Draw the errors by their covariances, and the circle that holds 95 % of such."""
-    positions, covariances = _parts(result)
+    positions, covariances = found
     e = positions - truth.there
     whitened = np.linalg.solve(np.linalg.cholesky(covariances), e[..., None])[..., 0]
     inside = np.sum(np.sum(whitened**2, axis=1) < stats.chi2.ppf(0.95, 2))
@@ -184,12 +181,14 @@ def _solved(truth: Truth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         step, _, sigma0, Q = adjust(J, np.ones(len(B)), observed)
         found.append((p + step, sigma0, Q))
     p, sigmas, cofactors = (np.array(part) for part in zip(*found))
-    return p, sigmas, cofactors
+    return p, sigmas[:, None, None], cofactors
 
 
-def _parts(result: object) -> tuple[np.ndarray, np.ndarray]:
+def read(result: object) -> Pair:
     """Return positions (80, 2) and covariances (80, 2, 2) of an answer."""
+    if not isinstance(result, tuple | list | dict) or len(result) != len(WANTED):
+        raise CheckFailed("the result must be a pair, (positions, covariances)")
     positions, covariances = named(result, WANTED).values()
     if np.linalg.eigvalsh(covariances).min() <= 0:
-        raise CheckFailed("a covariance is none: variances must be positive")
+        raise CheckFailed("every covariance needs positive variances")
     return positions, covariances

@@ -261,8 +261,8 @@ def _why_stopped(said: str) -> str:
         )
     if any(word in said for word in ("A must have shape", "matmul", "broadcast")):
         return (
-            ": A has a row for each photo coordinate, ten here, and missing is one"
-            " column of as many: np.ravel makes it of a table."
+            ": A has a row for each photo coordinate, ten here, and missing is an array"
+            " of one dimension, of as many numbers: np.ravel makes it of a table."
         )
     lost = "does not lie in front", "depend on one another"  # steps that lead away
     return f": {AWAY}." if any(words in said for words in lost) else ""

@@ -314,8 +314,9 @@ def over_the_image(result: bundle.Bundle) -> None:
     left.quiver(*xy.T, *v.T, color=plot.RED, **arrows)
     left.set_title("residuals, 1000 times as long")
     lines = right.contour(x, y, sd, (0.25, 0.5, 1, 2, 4, 8), colors=plot.BLUE)
-    right.clabel(lines, fmt="%g µm", fontsize=13)
     right.plot(*xy.T, ".", color=plot.GREY, ms=4)
+    for words in right.clabel(lines, fmt="%g µm", fontsize=13, zorder=3):
+        words.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 1})
     right.set_title("standard deviation of the correction")
     for ax in (left, right):
         ax.set(aspect="equal", xlim=(-10, 10), ylim=(-7.5, 7.5), xlabel="x (mm)")

@@ -11,61 +11,47 @@ from matplotlib.figure import Figure
 from pgm_book.common.checks import CheckFailed
 from pgm_book.program.bundle import adjust, without_lens
 from pgm_book.program.camera import derivatives, project
-from pgm_book.task import Part, named, table
+from pgm_book.task import Answer, Part, likeliest, named, table
 from pgm_lab import plot, rotation
 
 NAMES = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2")
 NOMINAL, SIGMA = 24.0, 0.0005  # mm: of c, and of a measured image coordinate
+CHANCE = 0.03  # of sigma0, by some 550 redundant observations: 1/√(2r)
 FORMAT = (12.0, 8.0)  # mm, half of the image
 CORNER = np.array([[10.0, 6.0]])  # mm, an image point in its corner
 WANTED: dict[str, tuple[str, Any]] = {
     "c": ("one number, in mm", ()),
     "sd": ("its standard deviation in mm, a positive number", ()),
-    "ray": ("two numbers, photo and point", (2,)),
+    "ray": ("(photo, point), two numbers", (2,)),
     "parameter": (f"one of {', '.join(NAMES)}", None),
 }
 
-INCLUDED = "This still contains the blunder: leave that ray out, and adjust once more."
 OTHER_RAY = (
     "The ray: resect every photo with the camera and the targets that you found, and"
     " look at what remains, ray by ray."
 )
-FROM_0 = "The ray: photo and point as the files number them, from 1."
-VARIANCE = "The diagonal of C holds variances."
-ROUNDED = "The standard deviation is rounded: hand it in with all its digits."
-EXCHANGED = "The ray: the photo comes first, then the point."
-UNIT = "Both c and its standard deviation are wanted in mm."
+OTHER_C = (
+    "c and sd: use all other rays and all ten parameters, begin with 24 mm, and hand"
+    " both in with all their digits."
+)
 PARAMETER = (
     "The parameter: mm, mm⁻² and mm⁻⁶ cannot be compared. How far does one standard"
     " deviation of each move the image point (10, 6) mm?"
 )
-OTHER_C = "c: use all other rays, all ten parameters, and start at 24 mm."
+ELSE = {"ray": OTHER_RAY, "c": OTHER_C, "sd": OTHER_C, "parameter": PARAMETER}
 
 
 @dataclass(frozen=True)
 class Truth:
-    """The camera, what was measured without the blunder, and where that lies."""
+    """The camera, what was measured, where to start, and what is wrong with it."""
 
     camera: np.ndarray
     photo: np.ndarray  # of each ray, from 0
     point: np.ndarray
-    xy: np.ndarray  # mm
+    xy: np.ndarray  # mm, with the blunder
     start: tuple[np.ndarray, np.ndarray]  # of photos and points
     bad: int  # ray
-    blunder: np.ndarray  # mm
     parameter: str
-
-    @property
-    def ray(self) -> tuple[int, int]:
-        """Photo and point of the blunder, from 1."""
-        return int(self.photo[self.bad]) + 1, int(self.point[self.bad]) + 1
-
-    @property
-    def measured(self) -> np.ndarray:
-        """Image points with the blunder, mm."""
-        xy = self.xy.copy()
-        xy[self.bad] += self.blunder
-        return xy
 
     @cached_property
     def best(self) -> tuple[np.ndarray, np.ndarray]:
@@ -78,18 +64,17 @@ class Truth:
         camera, sd = self.adjusted(np.arange(len(self.xy)))
         return camera[0], sd[0]
 
-    @property
-    def moved(self) -> np.ndarray:
-        """How far one standard deviation of each parameter moves CORNER (10,), mm."""
-        camera, sd = self.best
-        J = derivatives(lambda some: without_lens(CORNER, some), camera)
-        J[:, 0] = CORNER / camera[0]  # of c: all image points go outwards
-        return np.hypot(*J) * sd
+    @cached_property
+    def answer(self) -> Answer:
+        """The true c, what the best adjustment gives for its sd, ray and parameter."""
+        c, sd = self.camera[0], self.best[1][0]
+        ray = int(self.photo[self.bad]) + 1, int(self.point[self.bad]) + 1
+        return dict(zip(WANTED, (c, sd, ray, self.parameter)))
 
     def adjusted(self, used: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Camera and its standard deviations from some rays."""
         camera = np.array([NOMINAL, *np.zeros(9)])
-        rays = self.photo[used], self.point[used], self.measured[used]
+        rays = self.photo[used], self.point[used], self.xy[used]
         camera, C, _, _ = adjust(*rays, SIGMA, camera, *self.start)
         return camera, np.sqrt(np.diag(C))
 
@@ -116,18 +101,18 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     bad = int(chance.choice(np.flatnonzero(often & (photo > 0))))
     direction = chance.uniform(0, 2 * np.pi)
     blunder = np.array([np.cos(direction), np.sin(direction)])
-    blunder = np.round(chance.uniform(0.02, 0.04) * blunder, 5)
+    xy[bad] += np.round(chance.uniform(0.02, 0.04) * blunder, 5)
     near = np.array([5, 5, 5, 0.003, 0.003, 0.003])
     start = (
         np.round(exteriors + near * chance.uniform(-1, 1, (8, 6)), 4),
         np.round(points + 5 * chance.uniform(-1, 1, (48, 3)), 1),
     )
-    truth = Truth(camera, photo, point, xy, start, bad, blunder, parameter)
+    truth = Truth(camera, photo, point, xy, start, bad, parameter)
     best, sd = truth.best
     unlucky = abs(best[0] - camera[0]) > 2.5 * sd[0]  # who is right must pass
     if unlucky or NAMES[np.argmax(sd)] == parameter:  # who compares mm with mm⁻⁶ not
         return make(chance)
-    rays = zip(photo + 1, point + 1, *truth.measured.T)
+    rays = zip(photo + 1, point + 1, *xy.T)
     photos, targets = ([(k, *v) for k, v in enumerate(s, 1)] for s in start)
     photo_head = "photo,X0_mm,Y0_mm,Z0_mm,omega_rad,phi_rad,kappa_rad"
     number = ",{:.4f}"
@@ -144,117 +129,92 @@ def _turned_about_x(chance: np.random.RandomState) -> np.ndarray:
     signs = 2 * chance.randint(0, 2, (2, 8)) - 1
     phi, kappa = signs * chance.uniform(0.002, 0.003, (2, 8))
     kappa[1::2] += np.pi
-    aside = np.column_stack([chance.uniform(-150, 150, 8), np.zeros((8, 2))])
-    return _looking(omega, phi, kappa, chance.uniform(1900, 2300, 8), aside)
+    X0 = chance.uniform(-150, 150, 8)
+    photos = _looking(np.array([omega, phi, kappa]).T, chance.uniform(1900, 2300, 8))
+    photos[:, 0] += X0
+    return photos
 
 
 def _far_away(chance: np.random.RandomState) -> np.ndarray:
     """Photos (8, 6) from all sides, too far away to fill more than their middle."""
     round_about = np.arange(8) * np.pi / 4
     omega, phi = 0.6 * np.array([np.sin(round_about), np.cos(round_about)])
-    omega, phi = omega + chance.uniform(-0.05, 0.05, 8), phi
+    omega += chance.uniform(-0.05, 0.05, 8)
     kappa = np.array([0, 1.5, 3, -1.5] * 2) + chance.uniform(-0.1, 0.1, 8)
-    return _looking(omega, phi, kappa, chance.uniform(5200, 5800, 8), np.zeros((8, 3)))
+    return _looking(np.array([omega, phi, kappa]).T, chance.uniform(5200, 5800, 8))
 
 
-def _looking(
-    omega: np.ndarray,
-    phi: np.ndarray,
-    kappa: np.ndarray,
-    away: np.ndarray,
-    aside: np.ndarray,
-) -> np.ndarray:
+def _looking(angles: np.ndarray, away: np.ndarray) -> np.ndarray:
     """Exterior orientations (n, 6) at distances from the middle of the targets."""
-    angles = np.column_stack([omega, phi, kappa])
     axes = np.array([rotation.matrix(*one)[2] for one in angles])
-    return np.hstack([aside + away[:, None] * axes, angles])
+    return np.hstack([away[:, None] * axes, angles])
 
 
-def judge(truth: Truth, result: object) -> list[Part]:
+def judge(truth: Truth, found: Answer) -> list[Part]:
     """Return how far the camera is off, and whether ray and parameter are right."""
-    c, sd, ray, name = _answer(result)
-    camera, best = truth.best
-    chance = 1 / np.sqrt(2 * (2 * len(truth.xy) - 2 - 10 - 42 - 144))  # of sigma0
+    right, sds = truth.answer, truth.best[1]
     return [
-        Part("c", abs(c - truth.camera[0]) / best[0]),
-        Part("its standard deviation", abs(np.log(sd / best[0])) / chance),
-        Part("the ray", float(ray != truth.ray), 0),
-        Part("the parameter", float(name != truth.parameter), 0),
+        Part("c", abs(found["c"] - right["c"]) / sds[0]),
+        Part("sd", abs(found["sd"] / right["sd"] - 1) / CHANCE),
+        Part("ray", float(found["ray"] != right["ray"]), 0),
+        Part("parameter", float(found["parameter"] != right["parameter"]), 0),
     ]
 
 
-def _answer(result: object) -> tuple[float, float, tuple[int, int], str]:
-    """Return c, its standard deviation, the ray and the name; or say what is wanted."""
-    c, sd, ray, name = named(result, WANTED).values()
-    name = str(name).strip().replace("_", "").translate(str.maketrans("₀₁₂₃", "0123"))
+def read(result: object) -> Answer:
+    """Return the ray in whole numbers and the parameter as in NAMES; or refuse them."""
+    found = named(result, WANTED)
+    written = str(found["parameter"]).translate(str.maketrans("₀₁₂₃", "0123", "_ "))
     known = {one.casefold(): one for one in NAMES}
-    if name.casefold() not in known:
+    if written.casefold() not in known:
         raise CheckFailed(f"the parameter must be {WANTED['parameter'][0]}")
-    if not sd > 0:
-        raise CheckFailed("a standard deviation is positive")
-    return c, sd, (int(ray[0]), int(ray[1])), known[name.casefold()]
+    photo, point = found["ray"]
+    return found | {"ray": (photo, point), "parameter": known[written.casefold()]}
 
 
-def slips(truth: Truth) -> dict[str, tuple]:
+def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
-    (c, *_), (s, *_) = truth.best
-    ray, name = truth.ray, truth.parameter
+    c, sd, (photo, point), _ = truth.answer.values()
     return {
-        INCLUDED: (*truth.spoiled, ray, name),
-        OTHER_RAY: (c, s, (ray[0], ray[1] % 48 + 1), name),
-        EXCHANGED: (c, s, ray[::-1], name),
-        FROM_0: (c, s, (ray[0] - 1, ray[1] - 1), name),
-        VARIANCE: (c, s**2, ray, name),
-        UNIT: (c, 1000 * s, ray, name),
-        PARAMETER: (c, s, ray, NAMES[np.argmax(truth.best[1])]),
-        OTHER_C: (c + 10 * s, s, ray, name),
+        "The ray: the photo comes first, then the point.": {"ray": (point, photo)},
+        "The ray: photo and point as the files number them, from 1.": {
+            "ray": (photo - 1, point - 1)
+        },
+        OTHER_RAY: {"ray": (photo, point % 48 + 1)},
+        "The diagonal of C holds variances.": {"sd": sd**2},
+        "Both c and its standard deviation are wanted in mm.": {"sd": 1000 * sd},
+        "This still contains the blunder: leave that ray out, and adjust once more.": (
+            dict(zip(WANTED, truth.spoiled))
+        ),
+        OTHER_C: {"c": c + 10 * sd},
+        PARAMETER: {"parameter": NAMES[np.argmax(truth.best[1])]},
     }
 
 
-def hint(truth: Truth, result: object) -> str:
-    """Return the hint to the first part that is wrong."""
-    _, sd, ray, _ = _answer(result)
-    if ray != truth.ray and ray == truth.ray[::-1]:
-        return EXCHANGED
-    right = [part.holds for part in judge(truth, result)]
-    if not right[2]:
-        less = (truth.ray[0] - 1, truth.ray[1] - 1)
-        return FROM_0 if ray == less else OTHER_RAY
-    if all(right[:2]):
-        return PARAMETER
-    best, spoiled = truth.best[1][0], truth.spoiled[1]
-    if right[0] and abs(sd - best) <= 0.0006 and round(sd, 3) == sd:
-        return ROUNDED
-    for value, words in (
-        (best**2, VARIANCE),
-        (spoiled**2, VARIANCE),
-        (1000 * best, UNIT),
-        (spoiled, INCLUDED),
-    ):
-        if abs(sd / value - 1) < 0.1:
-            return words
-    return OTHER_C
+def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
+    """Return the hint to the slip that explains what is wrong; first of all the ray."""
+    first = ["ray"] if "ray" in wrong else wrong
+    return likeliest(judge, truth, found, first, slips(truth)) or ELSE[first[0]]
 
 
-def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     """Draw c beside the truth, and say what the parameter leaves open."""
-    c, sd, ray, name = _answer(result)
-    fig, ax = plt.subplots(figsize=(7, 3.5), layout="constrained")
+    c, sd, ray, name = found.values()
+    fig, ax = plt.subplots(figsize=(7, 4), layout="constrained")
     ax.axvline(truth.camera[0], color=plot.BLACK, lw=3, label="truth")
     for y, (value, spread) in enumerate(((c, sd), truth.spoiled)):
         colour = (plot.BLUE, plot.RED)[y]
         ax.errorbar(value, -y, xerr=spread, fmt="o", color=colour, lw=3, capsize=6)
     ax.set_yticks([0, -1], ["yours", "with the blunder"])
-    ax.set(ylim=(-1.6, 0.9))
+    ax.set(ylim=(-1.6, 0.9), title=f"without photo {ray[0]:.0f}, point {ray[1]:.0f}")
     ax.locator_params(axis="x", nbins=5)
     ax.legend(loc="upper left")
-    size = 1000 * np.hypot(*truth.blunder)
-    ax.set_title(f"photo {ray[0]}, point {ray[1]}: {size:.0f} µm off")
-    micrometres = 1000 * np.sort(truth.moved)
+    J = derivatives(lambda some: without_lens(CORNER, some), truth.best[0])
+    moved = 1000 * np.sort(np.hypot(*J) * truth.best[1])
     ax.set_xlabel(
         "c (mm), ± one standard deviation\n"
-        f"One of {name} moves point (10, 6) mm by {micrometres[-1]:.0f} µm,"
-        f" of any other by at most {micrometres[-2]:.1f} µm"
+        f"One standard deviation of {name} moves\npoint (10, 6) mm by"
+        f" {moved[-1]:.0f} µm,\none of any other by at most {moved[-2]:.1f} µm"
     )
     return fig, (
         "Your principal distance with its standard deviation beside the truth, and"

@@ -425,7 +425,8 @@ def row_search(
     curve.plot(tried[best], r[best], "o", color=plot.ORANGE, ms=14)
     curve.axhline(0.8, color=plot.BLACK, ls=":")
     curve.text(tried[0] - 3, 0.83, "0.8", fontsize=14, ha="right")
-    curve.set(xlabel="disparity (px)", ylabel="r", ylim=(r.min() - 0.1, 1.1))
+    label = "disparity (px), falling as the right window moves to the right"
+    curve.set(xlabel=label, ylabel="r", ylim=(r.min() - 0.1, 1.1))
     curve.set_xlim(column - middle + reach, column - middle - reach)
     plot.show(
         fig,

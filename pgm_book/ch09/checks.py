@@ -143,14 +143,6 @@ def new_photo(function: Callable) -> None:
         exterior, _ = resection(start, ideal, board, camera[0])
         return project(exterior, board, camera[0]) - ideal
 
-    def with_lens(xy: Any, camera: Any, board: Any, start: Any) -> float:
-        plain = np.array([camera[0], *np.zeros(9)])
-        return textbook.new_photo(xy, plain, board, start)
-
-    def at_start(xy: Any, camera: Any, board: Any, start: Any) -> float:
-        off = project(start, board, camera[0]) - without_lens(xy, camera)
-        return float(np.sqrt(np.mean(off**2)))
-
     slips = {
         "that is the root mean square of distances: take it of all x and y": (
             lambda *case: np.sqrt(2) * textbook.new_photo(*case)
@@ -169,13 +161,11 @@ def new_photo(function: Callable) -> None:
                 np.sqrt(np.sum(left(*case) ** 2) / (2 * len(case[0]) - 6))
             )
         ),
-        "the image points are not corrected for the lens yet": with_lens,
         "compare with the corrected image points": (
             lambda *case: float(
                 np.sqrt(np.mean((left(*case) + without_lens(*case[:2]) - case[0]) ** 2))
             )
         ),
-        "the photo still stands at its start: resect it first": at_start,
     }
     # In units in which `near`, which compares with 1 at least, can tell them apart
     scaled = _in_pixels(function)

@@ -8,7 +8,7 @@ lesson's loops stay short.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 import cv2
@@ -17,8 +17,7 @@ from scipy.ndimage import map_coordinates
 
 from pgm_book.common.own_program import FILE
 from pgm_book.program.bundle import without_lens
-from pgm_lab import calibration, datasets, frames, orientation
-from pgm_lab.camera import Camera
+from pgm_lab import calibration, datasets, frames
 from pgm_lab.image import cut
 from pgm_lab.io import files
 from pgm_lab.rotation import angles, matrix
@@ -27,6 +26,7 @@ PIXEL = (0.001, 0.001)  # mm, nominal: nobody knows it, and c is stated in pixel
 Turned = tuple[tuple[float, float, float], tuple[float, float, float]]
 MOST = 1000  # columns of a photo
 LEAST = 8  # photos
+PLANE = cv2.SOLVEPNP_IPPE  # where points in a plane were seen from
 PAD = 40  # pixels around a reduced photo, so that a search may reach over
 SIZE = (640, 430)  # of the built-in pair
 # Degrees by which its photos were turned, omega, phi, kappa: the answer of section 2
@@ -54,18 +54,30 @@ class Board:
     photo: np.ndarray = field(default_factory=_blank, repr=False)  # the first one, grey
 
     @cached_property
+    def xy(self) -> np.ndarray:
+        """Image points (photos, corners, 2), mm; NaN where none was measured."""
+        xy, seen = np.full(self.pixels.shape, np.nan), np.isfinite(self.pixels[..., 0])
+        xy[seen] = frames.pixel_to_photo(self.pixels[seen], self.size, PIXEL)
+        return xy
+
+    @cached_property
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """Camera (10,) and exteriors (photos, 6) to begin with, of a flat board."""
         seen = np.isfinite(self.pixels[..., 0])
-        pixels = [one[k] for one, k in zip(self.pixels, seen)]
-        flat = (self.grid[k] for k in seen)
+        flat = [self.grid[k] for k in seen]
+        pixels = (one[k] for one, k in zip(self.pixels, seen))
         c = calibration.start_c(flat, pixels, self.size) * PIXEL[0]
-        photos = [
-            orientation.resect(
-                Camera(c), frames.pixel_to_photo(one, self.size, PIXEL), self.grid[k]
-            ).exterior
-            for one, k in zip(pixels, seen)
-        ]
+        K, photos = np.diag([c, c, 1]), []
+        for points, xy in zip(flat, (one[k] for one, k in zip(self.xy, seen))):
+            pair = points, xy * (1, -1)  # OpenCV: y down
+            _, turns, shifts, off = cv2.solvePnPGeneric(*pair, K, None, flags=PLANE)
+            if off[0] > 0.05 * self.size[0] * PIXEL[0]:
+                raise ValueError(
+                    "the grid does not fit the corners: are columns and rows exchanged?"
+                )
+            R = cv2.Rodrigues(turns[0])[0]
+            M = R * np.array([[1], [-1], [-1]])
+            photos.append([*(-R.T @ shifts[0]).ravel(), *angles(M)])
         return np.array([c, *np.zeros(9)]), np.array(photos)
 
 
@@ -145,6 +157,17 @@ def _built_in(side: str) -> Board:
     data = datasets.chequerboard(side)
     name, printed = f"{side} camera", grid(*data.corners)
     return Board(name, data.pixels, data.image_size, printed, read(data.photos[0]))
+
+
+def given(folder: Path) -> tuple[Board, np.ndarray, np.ndarray]:
+    """Photos of the task's board; points (16, 2) of its cupboard, left and right."""
+    corners, cupboard = (
+        np.loadtxt(folder / f"{name}.csv", delimiter=",", skiprows=1)
+        for name in ("board", "cupboard")
+    )
+    pixels = corners[:, 2:].reshape(12, 48, 2)
+    phone = Board("phone", pixels, (1200, 900), grid(8, 6))
+    return phone, cupboard[:, 1:3], cupboard[:, 3:]
 
 
 # --- Two photos ---
@@ -378,6 +401,7 @@ def keep(name: str, text: str) -> None:
     print(f"Written: {name}.")
 
 
+@cache
 def _scene() -> datasets.StereoPair:
     return datasets.motorcycle()
 

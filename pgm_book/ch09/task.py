@@ -1,30 +1,31 @@
 """The task of chapter 9: a telephone, a board of paper, and the edge of a cupboard."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
+from scipy.optimize import approx_fprime
 
 from pgm_book.ch09.photos import PIXEL, Board, grid, measured
-from pgm_book.common.checks import CheckFailed
 from pgm_book.program.bundle import adjust, without_lens
-from pgm_book.program.camera import derivatives, project
+from pgm_book.program.camera import project
 from pgm_book.program.orientation import relative
 from pgm_book.program.surface import base_length, flat_board
-from pgm_book.task import Part, named, table
-from pgm_lab import frames, plot
+from pgm_book.task import Answer, Part, likeliest, named, table
+from pgm_lab import frames
 from pgm_lab.rotation import angles, matrix
 
-SIZE, CORNERS, SIGMA = (1200, 900), (8, 6), 0.15  # px; inner corners; px
-RULE = 0.5  # m
+SIZE, SIGMA, RULE = (1200, 900), 0.15, 0.5  # px, px, m
 TILTS = ((0, 0), (0.6, 0), (-0.6, 0), (0, 0.6), (0, -0.6), (0.45, 0.45))
-FLAT = "A board of paper is not flat: let its corners be unknowns."
-WANTED = {
-    "c": ("one number in pixels", ()),
-    "sd": ("one number in pixels", ()),
-    "PQ": ("one number in metres", ()),
+PIXELS = ("one number in pixels", ())
+WANTED = {"c": PIXELS, "sd": PIXELS, "PQ": ("one number in metres", ())}
+read = partial(named, wanted=WANTED)
+OTHERWISE = {
+    "c": "Look at sigma0 of the board: it should be near 0.15 px.",
+    "sd, off by a factor of": "sd follows from C[0, 0], the variance of c in mm².",
+    "PQ": "Measure the rule as you measure PQ. Does it come out as long as it is?",
 }
 
 
@@ -34,42 +35,40 @@ class Truth:
 
     c: float  # px
     edge: float  # m
-    board: np.ndarray  # (photos, corners, 2), px
+    seen: Board
     cupboard: np.ndarray  # (points, 4), px
 
     @cached_property
-    def seen(self) -> Board:
-        """The photos of the board, as a set."""
-        return Board("phone", self.board, SIZE, grid(*CORNERS))
+    def answer(self) -> Answer:
+        """What is right, with the standard deviation of an ideal solution."""
+        return {"c": self.c, "sd": self.sd[0], "PQ": self.edge}
 
     @cached_property
     def best(self) -> tuple[np.ndarray, np.ndarray]:
         """Camera and its covariance for the stated sigma, the corners unknown."""
-        xy = _xy(self.board)
-        photo, point = np.indices(xy.shape[:2]).reshape(2, -1)
-        rays = photo, point, xy.reshape(-1, 2), SIGMA * PIXEL[0]
+        photo, point = np.indices(self.seen.xy.shape[:2]).reshape(2, -1)
+        rays = photo, point, self.seen.xy.reshape(-1, 2), SIGMA * PIXEL[0]
         camera, C, sigma0, _ = adjust(*rays, *self.seen.start, self.seen.grid)
         return camera, C / sigma0**2
 
     @cached_property
-    def flat(self) -> tuple[np.ndarray, np.ndarray]:
-        """The same with the board as it was printed, which it is not."""
-        return flat_board(_xy(self.board), *self.seen.start, self.seen.grid)[:2]
+    def flat(self) -> Answer:
+        """What the board as it was printed gives, which it is not."""
+        return self.given(*flat_board(self.seen.xy, *self.seen.start, self.seen.grid))
 
     @cached_property
-    def sd(self) -> tuple[float, float]:
+    def sd(self) -> np.ndarray:
         """Standard deviations of c (px) and of the edge (m)."""
         camera, C = self.best
+        at = np.append(camera, self.cupboard)
+        J = approx_fprime(at, lambda u: _edge(u[10:].reshape(-1, 4), u[:10]), 1e-6)
+        edge = J[:10] @ C @ J[:10] + SIGMA**2 * np.sum(J[10:] ** 2)
+        return np.sqrt([C[0, 0] / PIXEL[0] ** 2, edge])
 
-        def edge(unknowns: np.ndarray) -> np.ndarray:
-            return np.array(_edge(unknowns[10:].reshape(-1, 4), unknowns[:10]))
-
-        J = derivatives(edge, np.append(camera, self.cupboard)).ravel()
-        variance = J[:10] @ C @ J[:10] + SIGMA**2 * np.sum(J[10:] ** 2)
-        return float(np.sqrt(C[0, 0]) / PIXEL[0]), float(np.sqrt(variance))
-
-
-# --- What is given ---
+    def given(self, camera: np.ndarray, C: np.ndarray, *_: float) -> Answer:
+        """What a camera and its covariance give, as it is handed in."""
+        c, sd = camera[0] / PIXEL[0], np.sqrt(C[0, 0]) / PIXEL[0]
+        return {"c": c, "sd": sd, "PQ": _edge(self.cupboard, camera)}
 
 
 def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
@@ -85,19 +84,20 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     pair = np.hstack([_pixels(e, points, camera) for e in (np.zeros(6), right)])
     pair = np.round(pair + SIGMA * chance.standard_normal(pair.shape), 2)
     corners = [(i, j, *xy) for i, p in enumerate(shown, 1) for j, xy in enumerate(p, 1)]
-    numbered = [(k, *four) for k, four in enumerate(pair, 1)]
-    head = "point,left_column,left_row,right_column,right_row"
+    four = [(k, *row) for k, row in enumerate(pair, 1)]
+    head, one = "point,left_column,left_row,right_column,right_row", ",{:.2f}"
     files = {
-        "board.csv": table("photo,corner,column,row", "{},{},{:.2f},{:.2f}", corners),
-        "cupboard.csv": table(head, "{}" + 4 * ",{:.2f}", numbered),
+        "board.csv": table("photo,corner,column,row", "{},{}" + 2 * one, corners),
+        "cupboard.csv": table(head, "{}" + 4 * one, four),
     }
     edge = float(np.linalg.norm(points[3] - points[2]))
-    return files, Truth(float(camera[0]) / PIXEL[0], edge, shown, pair)
+    phone = Board("phone", shown, SIZE, grid(8, 6))
+    return files, Truth(float(camera[0]) / PIXEL[0], edge, phone, pair)
 
 
 def _paper(chance: np.random.RandomState) -> np.ndarray:
     """Corners (48, 3) of a board that is bent, twisted, and printed roughly."""
-    board = grid(*CORNERS) + 0.004 * chance.standard_normal((48, 3))
+    board = grid(8, 6) + 0.004 * chance.standard_normal((48, 3))
     x, y = (board[:, 0] - 3.5) / 3.5, (board[:, 1] + 2.5) / 2.5
     bend, twist = chance.uniform(0.04, 0.07), chance.uniform(-0.03, 0.03)
     board[:, 2] += bend * chance.choice([-1, 1]) * x**2 + twist * x * y
@@ -110,30 +110,23 @@ def _photo(
     """Pixels (48, 2) of the board in a photo, every other one turned by 90 degrees."""
     omega, phi = np.add(TILTS[k // 2], chance.uniform(-0.06, 0.06, 2))
     M = matrix(omega, phi, np.pi / 2 * (k % 2) + chance.uniform(-0.1, 0.1))
-    distance = chance.uniform(6.5, 7.5)
-    while True:  # farther away, until all of the board is in the photo
-        centre = (3.5, -2.5, 0) + M[2] * distance
-        pixels = _pixels(np.concatenate([centre, angles(M)]), board, camera)
-        if np.all((pixels > 15) & (pixels < np.subtract(SIZE, 16))):
-            return pixels
+    pixels, distance = np.zeros((48, 2)), chance.uniform(6.2, 7.2)
+    while np.any((pixels < 16) | (pixels > np.subtract(SIZE, 17))):  # not all is seen
         distance += 0.3
+        exterior = np.concatenate([(3.5, -2.5, 0) + M[2] * distance, angles(M)])
+        pixels = _pixels(exterior, board, camera)
+    return pixels
 
 
 def _cupboard(chance: np.random.RandomState) -> tuple[np.ndarray, np.ndarray]:
     """Points (16, 3) in m, and the right photo (6,), as the left camera sees them."""
-    X, Y = np.meshgrid((-0.6, -0.2, 0.25, 0.65), (0.45, 0.15, -0.15, -0.45))
-    depth = 1.7 + 0.4 * chance.randint(0, 2, 16)
-    points = np.column_stack([X.ravel(), Y.ravel(), -depth])
-    points += chance.uniform(-0.06, 0.06, (16, 3))
-    points = points[chance.permutation(16)]
-    points[0] = (-0.25, 0, -1.75) + chance.uniform(-0.05, 0.05, 3)
+    points = chance.uniform((-0.7, -0.5, -2.1), (0.7, 0.5, -1.65), (16, 3))
+    ends = np.array([(-0.25, 0, -1.75), (-0.6, 0.42, -1.8), (0.75, -0.42, -1.75)])
+    points[[0, 2, 3]] = ends + chance.uniform(-0.07, 0.07, (3, 3))
     way = np.append(1, chance.uniform(-0.2, 0.2, 2))
     points[1] = points[0] + RULE * way / np.linalg.norm(way)
-    points[2] = (-0.6, 0.42, -1.8) + chance.uniform(-0.08, 0.08, 3)
-    points[3] = (0.75, -0.42, -1.75) + chance.uniform(-0.08, 0.08, 3)
-    base = np.array([0.45, 0, 0]) + chance.uniform(-0.04, 0.04, 3)
-    turn = (0, 0.2, 0) + chance.uniform(-0.06, 0.06, 3)
-    return points, np.concatenate([base, turn])
+    right = (0.45, 0, 0, 0, 0.2, 0) + chance.uniform(-0.05, 0.05, 6)
+    return points, right
 
 
 def _pixels(exterior: np.ndarray, points: np.ndarray, camera: np.ndarray) -> np.ndarray:
@@ -141,99 +134,78 @@ def _pixels(exterior: np.ndarray, points: np.ndarray, camera: np.ndarray) -> np.
     return frames.photo_to_pixel(xy, SIZE, PIXEL)
 
 
-def _xy(pixels: np.ndarray) -> np.ndarray:
-    return frames.pixel_to_photo(pixels, SIZE, PIXEL)
-
-
 def _edge(cupboard: np.ndarray, camera: np.ndarray) -> float:
     """Length of the edge in m, as a camera measures it."""
-    left, right = (without_lens(_xy(cupboard[:, k : k + 2]), camera) for k in (0, 2))
-    c = camera[0]
-    exterior = relative(left, right, c)
-    base = base_length(exterior, left[:2], right[:2], c, RULE)
-    return base / base_length(exterior, left[2:4], right[2:4], c, 1.0)
+    left, right = (
+        without_lens(frames.pixel_to_photo(cupboard[:, k : k + 2], SIZE, PIXEL), camera)
+        for k in (0, 2)
+    )
+    e = relative(left, right, camera[0])
+    base = base_length(e, left[:2], right[:2], camera[0], RULE)
+    return base / base_length(e, left[2:4], right[2:4], camera[0], 1.0)
 
 
-# --- What is handed in ---
-
-
-def judge(truth: Truth, result: object) -> list[Part]:
+def judge(truth: Truth, found: Answer) -> list[Part]:
     """Return how far camera and edge are off, in standard deviations."""
-    c, sd, edge = _read(result)
-    sd_c, sd_edge = truth.sd
+    (c, sd, edge), right = found.values(), truth.answer
+    factor = max(sd / right["sd"], right["sd"] / sd) if sd > 0 else np.inf
     return [
-        Part("c", abs(c - truth.c) / sd_c),
-        Part("sd, off by a factor of", max(sd / sd_c, sd_c / sd), 1.15, ""),
-        Part("PQ", abs(edge - truth.edge) / sd_edge),
+        Part("c", abs(c - right["c"]) / truth.sd[0]),
+        Part("sd, off by a factor of", factor, 1.15, ""),
+        Part("PQ", abs(edge - right["PQ"]) / truth.sd[1]),
     ]
 
 
-def _read(result: object) -> tuple[float, float, float]:
-    """Return c, its standard deviation and PQ; or say what is wanted."""
-    c, sd, edge = named(result, WANTED).values()
-    if not min(c, sd, edge) > 0:
-        raise CheckFailed("c, sd and PQ must be positive")
-    return float(c), float(sd), float(edge)
-
-
-def slips(truth: Truth) -> dict[str, dict[str, float]]:
+def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
-    camera, right = truth.best[0], _answer(truth, *truth.best)
-    ideal = np.array([camera[0], *np.zeros(9)])
-    return {
-        FLAT: _answer(truth, *truth.flat),
-        "The unit: c and its standard deviation are wanted in pixels.": (
-            right | {name: right[name] * PIXEL[0] for name in ("c", "sd")}
-        ),
-        "The diagonal of C holds variances, in mm²: its root comes first.": (
-            right | {"sd": right["sd"] ** 2 * PIXEL[0]}
-        ),
-        "PQ is upside down: it is longer than the rule.": (
-            right | {"PQ": RULE**2 / right["PQ"]}
-        ),
-        "The points of the cupboard still have the distortion of the lens.": (
-            right | {"PQ": _edge(truth.cupboard, ideal)}
-        ),
+    camera, (c, sd, edge) = truth.best[0], truth.given(*truth.best).values()
+    others = np.roll(truth.cupboard, -1, axis=0)  # points 2 to 5 for 1 to 4
+    bent = _edge(truth.cupboard, np.array([camera[0], *np.zeros(9)]))
+    parts = {
+        "c": {
+            "Paper is not flat: let the corners be unknowns.": truth.flat["c"],
+            "c is in mm. Wanted are pixels, for sd as well.": c * PIXEL[0],
+            "c is still its start value.": truth.seen.start[0][0] / PIXEL[0],
+        },
+        "sd": {
+            "sd is in mm. Wanted are pixels.": sd * PIXEL[0],
+            "sd is a variance: its root is wanted.": sd**2,
+            "C has variances in mm²: first the root, then pixels.": sd**2 * PIXEL[0],
+            "sigma0 is in C already: do not divide by it.": sd / SIGMA,
+            "sigma0 is in C already: do not multiply by it.": sd * SIGMA,
+        },
+        "PQ": {
+            "PQ is in mm. Wanted are metres.": 1000 * edge,
+            "The rule is 0.5 m long, not 1 m.": edge / RULE,
+            "PQ is upside down: it is longer than the rule.": RULE**2 / edge,
+            "The points of the cupboard are not yet corrected for the lens.": bent,
+            "Point 1 is in row 0 of the table.": _edge(others, camera),
+        },
     }
+    rows = ((key, row) for key, part in parts.items() for row in part.items())
+    return {words: {key: value} for key, (words, value) in rows}
 
 
-def _answer(truth: Truth, camera: np.ndarray, C: np.ndarray) -> dict[str, float]:
-    """What a camera and its covariance give, as it is handed in."""
-    c, sd = camera[0] / PIXEL[0], np.sqrt(C[0, 0]) / PIXEL[0]
-    return {"c": c, "sd": sd, "PQ": _edge(truth.cupboard, camera)}
+def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
+    """Return the hint to the slip that explains a wrong part."""
+    known = likeliest(judge, truth, found, wrong, slips(truth))
+    return known or OTHERWISE[wrong[0]]
 
 
-def hint(truth: Truth, result: object) -> str:
-    """Return the hint to the slip that explains the result."""
-    found = np.array(_read(result))
-    for words, wrong in slips(truth).items():
-        off = np.abs(found / [wrong["c"], wrong["sd"], wrong["PQ"]] - 1)
-        if np.all(off < (2e-4, 0.05, 5e-4)):
-            return words
-    if abs(found[0] - truth.flat[0][0] / PIXEL[0]) < truth.sd[0]:
-        return FLAT
-    return (
-        "Test the parts: sigma0 of the board should be near 0.15 px, the y parallaxes"
-        " of the cupboard as well, and the rule must come out as long as it is."
-    )
-
-
-def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     """Draw both results beside the truth, and a flat board's."""
-    c, _, edge = _read(result)
-    flat = _answer(truth, *truth.flat)
-    both = np.array([(c, edge), (flat["c"], flat["PQ"])])
-    yours, bent = (both - (truth.c, truth.edge)) / truth.sd
+    both = {"yours": found, "by a flat board": truth.flat}
     fig, ax = plt.subplots(figsize=(10, 4), layout="constrained")
     ax.axvspan(-3, 3, color="0.9", label="± 3 standard deviations")
-    ax.axvline(0, color=plot.ORANGE, label="true")
-    ax.plot(yours, (1, 0), "o", color=plot.BLUE, ms=12, label="yours")
-    ax.plot(bent, (1, 0), "X", color=plot.RED, ms=12, label="by a flat board")
-    ax.set_yticks([1, 0], [f"c = {c:.1f} px", f"PQ = {1000 * edge:.1f} mm"])
+    off = []
+    for mark, (name, one) in zip("oX", both.items()):
+        off += [np.subtract([one["c"], one["PQ"]], [truth.c, truth.edge]) / truth.sd]
+        ax.plot(off[-1], ["c", "PQ"], mark, ms=12, label=name)
     ax.set(ylim=(-0.5, 1.5), xlabel="error (standard deviations)")
-    ax.legend()
-    return fig, (
-        f"The errors of c, {yours[0]:.1f}, and of PQ, {yours[1]:.1f} standard"
-        f" deviations, in a band of three; by a flat board {bent[0]:.1f} and"
-        f" {bent[1]:.1f}."
+    ax.set_title("The rule takes most of a flat board's error out of PQ")
+    ax.legend(loc="center")
+    said = (
+        "The errors of c, {:.1f}, and of PQ, {:.1f} standard deviations, in a band of"
+        " three; by a flat board {:.1f} and {:.1f}."
     )
+    return fig, said.format(*off[0], *off[1])

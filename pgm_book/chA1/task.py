@@ -162,7 +162,7 @@ def slips(truth: Truth) -> dict[str, Answer]:
 def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
     """Return the hint to the slip that explains a part, or to all that is wrong."""
     otherwise = f"Look again at {' and '.join(wrong)}. Which readings fit your heights?"
-    return likeliest(judge, truth, found, slips(truth)) or otherwise
+    return likeliest(judge, truth, found, wrong, slips(truth)) or otherwise
 
 
 def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:

@@ -182,6 +182,17 @@ def call(
     return array
 
 
+@contextlib.contextmanager
+def in_words(hint: str) -> Iterator[None]:
+    """Say what it means if shapes do not fit, within NumPy or in the answer."""
+    try:
+        yield
+    except CheckFailed as error:
+        if isinstance(error.__cause__, ValueError) or "of shape" in str(error):
+            raise CheckFailed(f"{error}. {hint}") from error.__cause__
+        raise
+
+
 def _without_ones(array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     """Take an array whose shape differs by axes of length 1 only as one of `shape`."""
     same = [n for n in array.shape if n != 1] == [n for n in shape if n != 1]

@@ -14,7 +14,7 @@ from pgm_book.program.orientation import intersection, resection
 from pgm_book.program.stereo import best_disparity, model_point, sigma_height
 from pgm_lab import frames, rotation
 
-STEPS = 6  # Gauss-Newton steps, enough from `photos.Board.start`
+STEPS = 4  # Gauss-Newton steps, enough from `photos.Board.start`
 LEAST = 0.8  # of r
 WINDOW = 9  # px
 
@@ -47,8 +47,8 @@ def flat_board(
     def misclosures(unknowns: np.ndarray) -> np.ndarray:
         camera, photos = unknowns[:10], unknowns[10:].reshape(-1, 6)
         computed = [project(photo, grid, camera[0]) for photo in photos]
-        observed = [without_lens(one, camera) for one in xy]
-        return np.nan_to_num(np.ravel(np.subtract(computed, observed)))
+        observed = without_lens(xy.reshape(-1, 2), camera)
+        return np.nan_to_num(np.ravel(computed) - observed.ravel())
 
     unknowns = np.concatenate([camera, np.ravel(exteriors)])
     for _ in range(STEPS):

@@ -19,10 +19,10 @@ def names(node, context=(ast.Load, ast.Store)):
     return {n.id for n in every if isinstance(n.ctx, context)}
 
 
-def literal(node, known):
-    """Whether an expression has only constants, builtins and names of literals."""
+def needed(node):
+    """Names that have to be bound to literals if this expression is one."""
     inner = (n.target for n in ast.walk(node) if isinstance(n, ast.comprehension))
-    return names(node) <= known.union(PLAIN, *map(names, inner))
+    return names(node).difference(PLAIN, *map(names, inner))
 
 
 def bindings(function):
@@ -46,13 +46,13 @@ def bindings(function):
 
 def literals_in(function):
     """Names of a function that are bound to literals alone."""
-    bound, known, more = list(bindings(function)), set(), True
+    anything = {"anything"}  # never bound to a literal
+    bound, known, more = [], set(), True
+    for name, value in bindings(function):
+        empty = value is None or ast.unparse(value) in EMPTY
+        bound.append((name, anything if empty else needed(value)))
     while more:
-        other = {
-            name
-            for name, value in bound
-            if not (value and literal(value, known)) or ast.unparse(value) in EMPTY
-        }
+        other = {name for name, needs in bound if not needs <= known}
         more = {name for name, _ in bound} - other - known
         known |= more
     return known
@@ -75,7 +75,7 @@ def findings(source):
                 parts = [ast.Tuple(node.args[:2], ast.Load())]
             else:
                 continue
-            if any(literal(part, known) for part in parts):
+            if any(needed(part) <= known for part in parts):
                 yield node.lineno
 
 

@@ -123,7 +123,13 @@ def refused(folder, text, message):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("paper, size", [("A4", (297, 210)), ("A3", (420, 297))])
+@pytest.mark.parametrize(
+    "paper, size",
+    [
+        ("A4", (297, 210)),
+        pytest.param("A3", (420, 297), marks=pytest.mark.slow),
+    ],
+)
 def test_the_page_has_its_true_size_and_so_has_the_board(kind, paper, size):
     """The media box, and the black shapes of the page, in points of 1/72 inch."""
     board = usual(kind, paper)

@@ -54,6 +54,7 @@ def test_heic_without_its_reader_says_what_to_do(tmp_path, monkeypatch):
         measure(path, rendered.BOARD)
 
 
+@pytest.mark.slow
 def test_the_size_of_a_pixel_follows_from_two_focal_lengths():
     one = rendered.scene()[2][0]
     assert pixel_size([one]) is None

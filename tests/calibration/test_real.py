@@ -1,6 +1,6 @@
 """OpenCV's 26 photos of one board, by two cameras of a rig: what is bent, and how far.
 
-The cameras share no photo. What both find is the board's.
+The two cameras took them at the same 13 moments. What both find is the board's.
 """
 
 from dataclasses import replace
@@ -51,6 +51,7 @@ def test_halves_say_that_photos_have_errors_of_their_own(found):
         assert 1.5 < one.factor[0] < 3.5
 
 
+@pytest.mark.slow
 def test_a_flat_board_shifts_c_by_more_than_its_standard_deviation(found):
     for one in found.values():
         off = (one.flat.cameras[0].c - one.camera.c) / np.sqrt(one.covariance[0, 0])
@@ -115,6 +116,7 @@ def test_the_rig_is_one_rig_in_all_pairs(found):
     assert np.linalg.norm(spread[False][1]) < 1.1 * np.linalg.norm(spread[True][1])
 
 
+@pytest.mark.slow
 def test_another_finder_of_corners_finds_the_same_shape(photos, found):
     """OpenCV's, with errors of its own that are three times as large."""
     until = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 50, 1e-4)

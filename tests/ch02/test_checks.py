@@ -148,7 +148,7 @@ SLIPS = {
         (lambda a, b: np.arccos(ncc.correlation(a, b)), "that is the angle"),
         (lambda a, b: np.degrees(np.arccos(ncc.correlation(a, b))), "is the angle"),
         (lambda a, b: round(ncc.correlation(a, b), 5), "rounded"),
-        (lambda a, b: a * b, "must return one number here; got an array"),
+        (lambda a, b: sum(a * b), r"got an array of shape \(4,\). .*np.sum adds all"),
         (lambda a, b: 0.5, "must give 1 or −1"),
         (lambda a, b: np.sum(a @ b), r"ValueError.*pixel by pixel, with \*"),
         (lambda a, b: None, "returns nothing"),
@@ -185,7 +185,7 @@ SLIPS = {
         (lambda x, y: (..., beta(x, y)), "still `...`"),
         (
             lambda x, y: (y - beta(x, y) * x, beta(x, y)),
-            r"parts of shapes \(3, 7\), \(",
+            r"parts of shapes \(3, 7\), \(\). alpha is one number: take the means",
         ),
         (lambda x, y: (y.sum() - beta(x, y) * x.mean(), beta(x, y)), "sum over y"),
         (lambda x, y: (y.mean() - beta(x, y) * x.sum(), beta(x, y)), "sum over x"),
@@ -223,7 +223,7 @@ SLIPS = {
     checks.correlation_map: [
         (
             lambda t, s: [np.sum(t * s[i : i + len(t), 9:]) for i in range(3)],
-            "ValueError.*as large as the template",
+            r"ValueError.*as large as the template, its top left search\[i, j\]",
         ),
         (filled(slice(0), slice(0)), "all zeros. Your turn!"),
         (filled(slice(1), slice(1)), r"only r\[0, 0\] is filled"),

@@ -166,6 +166,25 @@ def test_a_right_match_passes():
     checks.match(lambda *a: tuple(matched()(*a)))
 
 
+def in_a_loop(kept, weight=1.0):
+    """The match of the lesson: `kept` gives the trail after a step."""
+
+    def match(left, right, point, start, size):
+        y, x = np.mgrid[:size, :size].reshape(2, -1) - size // 2
+        A = left[point[1] + y, point[0] + x].astype(float)
+        trail = [np.array(start, dtype=float)]
+        for _ in range(12):
+            p = trail[-1]
+            B, Bx, By = lsm.resampled(right, p, x, y)
+            J = lsm.design(B, Bx, By, x, y, p[7])
+            missing = A - (p[6] + p[7] * B)
+            step, _, sigma0, Q = adjustment.adjust(J, np.full(len(A), weight), missing)
+            trail = kept(trail, p, step)
+        return np.array(trail), sigma0, Q
+
+    return match
+
+
 SLIPS = {
     case_checks.corrected_row: [
         (..., "still empty"),
@@ -307,6 +326,9 @@ SLIPS = {
             matched((0, lambda t: np.r_[t[:1], t[:2].mean(0)[None], t[1:]])),
             "only a part of a step",
         ),
+        (in_a_loop(lambda trail, p, step: [*trail, step]), "Append p . step"),
+        (in_a_loop(lambda trail, p, step: [p + step]), "begun anew"),
+        (in_a_loop(lambda trail, p, step: [*trail, p + step], 0.5), "the weight 1"),
     ],
 }
 

@@ -333,10 +333,8 @@ def test_what_the_table_says_of_the_repairs():
     )
 
 
-@pytest.mark.parametrize(
-    "part",
-    [pytest.param(study.alone, marks=pytest.mark.slow), study.program],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("part", [study.alone, study.program])
 def test_the_script_still_says_what_the_table_does(part):
     """Runs that end in a state; where a diverging one stands is chance.
 

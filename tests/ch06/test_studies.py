@@ -299,6 +299,7 @@ def test_photos_from_one_station_are_refused(chosen_photos):
         assert row["sd_c_um"] == ""
 
 
+@pytest.mark.slow
 def test_three_photos_are_weak_and_only_those_of_one_station_rank_deficient(net):
     rows = by("design", "case")
     for size, choices in ((3, 84), (4, 126), (5, 126), (6, 84)):

@@ -44,6 +44,7 @@ def test_a_slip_of_the_model_point_is_named():
         (lambda x, y, p, B, c: np.array([x, y, -c]), "in the photo"),
         (lambda x, y, p, B, c: model(x, y, p, B, c) - (B, 0, 0), "nothing is added"),
         (lambda x, y, p, B, c: -c * B / p, "shape"),
+        (lambda *a: model(*a)[:, None], "not a column"),
         (lambda x, y, p, B, c: 2 * model(x, y, p, B, c), "two rays meet"),
     ]
     assert unnamed(chapter8.model_point, slips) == []
@@ -73,6 +74,7 @@ def test_a_mark_on_the_ground_passes(kind, level, capsys):
     [
         (lambda d: ..., "still empty"),
         (lambda d: (d, d), "one number"),
+        (lambda d: str(d), "without quotation marks"),
         (lambda d: d + 3, "floats above"),
         (lambda d: d - 3, "below the ground"),
         (lambda d: -d, "the sign"),
@@ -160,6 +162,7 @@ def test_a_slip_of_the_search_is_named():
     slips = [
         (altered(lambda d, r, low: None), "returns nothing"),
         (altered(lambda d, r, low: d), "two numbers"),
+        (altered(lambda d, r, low: (r, d)), "the two are exchanged: [^;]*$"),
         (altered(lambda d, r, low: (-d, r)), "the sign"),
         (altered(lambda d, r, low: (np.round(d), r)), "whole pixels"),
         (altered(lambda d, r, low: (d - np.round(d), r)), "alone"),

@@ -1,5 +1,6 @@
 """The photos of lesson 9: corners as they are measured, turned photos, a folder."""
 
+import dataclasses
 import shutil
 from functools import partial
 from unittest import mock
@@ -51,6 +52,9 @@ def test_start_values_are_near_what_the_lesson_finds():
         off = project(exterior, seen.grid, camera[0]) / photos.PIXEL[0]
         xy = frames.pixel_to_photo(one, seen.size, photos.PIXEL) / photos.PIXEL[0]
         assert np.sqrt(np.mean((off - xy) ** 2)) < 5  # px, with all distortion
+    turned = dataclasses.replace(seen, grid=photos.grid(6, 9))
+    with pytest.raises(ValueError, match="the grid does not fit the corners"):
+        _ = turned.start
 
 
 def test_photos_that_are_not_turned_are_the_benchmark_s():

@@ -39,6 +39,7 @@ def test_a_page_and_its_file_are_written_and_what_to_do_is_said(folder, capsys):
     assert output.err == ""
 
 
+@pytest.mark.slow
 def test_numbers_kind_and_names_are_those_asked_for(folder):
     words = "--kind chequerboard --columns 8 --rows 5 --square 30 --paper A3"
     assert main(["board", "a.pdf", *words.split(), "--json", "b.json"]) == 0

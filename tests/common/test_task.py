@@ -104,9 +104,9 @@ def test_wrong_results_fail_and_a_hint_names_the_slip(lesson, capsys):
 
 @pytest.mark.parametrize(
     ("sds", "words"),
-    [(0, ""), (6, "Far?"), (9.5, "Far?"), (10.5, "Farther?"), (5.2, "Draw the two")],
+    [(0, ""), (6, "Far?"), (9.5, "Far?"), (10.5, "Farther?"), (4.5, "Draw the two")],
 )
-def test_the_nearest_slip_explains_what_is_nearer_to_it_than_to_the_truth(
+def test_the_nearest_slip_explains_what_it_would_make_right(
     lesson, monkeypatch, sds, words
 ):
     mine = task.start(1, "Ada")

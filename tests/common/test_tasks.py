@@ -19,8 +19,8 @@ DIGESTS: dict[str, str] = {
     "5": "945d3a680d1c4d2b",
     "6": "a244d638c10c7ea8",
     "7": "14ed13ef418403e9",
-    "8": "e113e22b7202af10",
-    "9": "1df454052f2c3799",
+    "8": "88bcf6574e78e9bf",
+    "9": "e44fe72a4b1ed125",
 }
 
 
@@ -39,15 +39,21 @@ def test_a_name_makes_the_same_data_on_every_machine_and_version(number):
     assert mine.digest[:16] == DIGESTS[number]
 
 
+def spoiled(mine, slip):
+    """What is read of an answer with a slip."""
+    if hasattr(mine._truth, "answer"):
+        return mine._truth.answer | slip
+    return mine._lesson.read(slip)
+
+
 @pytest.mark.parametrize("number", DIGESTS)
 def test_each_slip_fails_and_its_hint_names_it(number):
     mine = task.start(number, "Ada")
     lesson, truth = mine._lesson, mine._truth
     slips = lesson.slips(truth)
     assert len(slips) >= 3
-    for words, change in slips.items():
-        wrong = truth.answer | change if hasattr(lesson, "read") else change
-        assert mine.explained(wrong) == words
+    for words, slip in slips.items():
+        assert mine.explained(spoiled(mine, slip)) == words
     for nothing in (None, "seven", (), {}, float("nan")):
         with pytest.raises(CheckFailed):
             mine.hand_in(nothing)
@@ -78,10 +84,8 @@ def test_the_solution_passes_for_twenty_names_and_no_other(number):
 def test_each_slip_fails_for_twenty_names(number):
     for k in range(20):
         mine = task.start(number, f"name {k}")
-        for words, change in mine._lesson.slips(mine._truth).items():
-            new = hasattr(mine._lesson, "read")
-            wrong = mine._truth.answer | change if new else change
-            parts = mine._lesson.judge(mine._truth, wrong)
+        for words, slip in mine._lesson.slips(mine._truth).items():
+            parts = mine._lesson.judge(mine._truth, spoiled(mine, slip))
             assert not all(part.holds for part in parts), (k, words)
 
 

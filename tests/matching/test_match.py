@@ -203,6 +203,7 @@ def test_files_and_images_of_pillow_are_matched_as_arrays_are(tmp_path):
     np.testing.assert_array_equal(again.points, found.points)
 
 
+@pytest.mark.slow
 def test_16_bits_give_the_same_as_8():
     left, right = (np.asarray(one).round().astype(np.uint8) for one in SMALL[:2])
     found = matching.match(left, right, number=50)
@@ -247,6 +248,7 @@ def test_a_point_has_the_first_thing_that_went_wrong():
     assert away.r[0] < 1 and np.isnan(away.points).all()
 
 
+@pytest.mark.slow
 def test_masked_pixels_cost_only_the_points_whose_windows_touch_them():
     left, right, H = scenes.warped(size=(400, 560))
     mask = np.zeros(right.shape, bool)
@@ -257,9 +259,8 @@ def test_masked_pixels_cost_only_the_points_whose_windows_touch_them():
     column, row = np.rint(there).astype(int).T
     assert not np.any(found.accepted & mask[row, column]) and not np.any(e > 1)
     # 28 px: how far a corner of the turned window lies from its middle, and some more
-    clear = np.all(abs(there - [324.5, 199.5]) > 0, axis=1)
     outside = np.any(abs(there - [324.5, 199.5]) > np.array([75, 100]) + 28, axis=1)
-    assert clear.any() and np.mean(found.accepted[outside]) > 0.97
+    assert np.mean(found.accepted[outside]) > 0.97
     again = matching.match(left, holes, number=100)
     np.testing.assert_array_equal(again.points, found.points)
     masked = np.ma.array(left, mask=mask)

@@ -227,7 +227,13 @@ def test_single_precision_is_not_asked_for_what_it_cannot_hold():
         np.testing.assert_allclose(r, whole_map(template, search), atol=1e-12)
 
 
-@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64])
+OTHER_TYPES = [
+    pytest.param(one, marks=pytest.mark.slow)
+    for one in (np.uint8, np.float32, np.float64)
+]
+
+
+@pytest.mark.parametrize("dtype", [np.uint16, *OTHER_TYPES])
 def test_a_large_map_is_put_together_from_tiles(dtype):
     """Two by three, the last ones smaller; contrasts differ between them."""
     search = RNG.integers(0, 100, (250, 380)).astype(dtype)

@@ -247,7 +247,7 @@ SIZES = [
 ]
 
 
-@pytest.mark.parametrize("refine", [None, "lsm"])
+@pytest.mark.parametrize("refine", [None, pytest.param("lsm", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("factor", "least"), SIZES)
 def test_most_changed_chips_are_named_and_hardly_any_other(refine, factor, least):
     """Those that are not lie where one of the two grounds has too little texture.

@@ -61,7 +61,8 @@ def errors(factor, blur, kind, **how):
         pytest.param(0.0, "random", {}, 0.036, 0.03, marks=SLOW),
         # some of them are weak
         pytest.param(0.7, "random", {}, 0.025, 1.0, marks=SLOW),
-        (0.7, "random", {"largest_sd": 0.02}, 0.015, 0.004),  # its limit
+        # its limit
+        pytest.param(0.7, "random", {"largest_sd": 0.02}, 0.015, 0.004, marks=SLOW),
     ],
 )
 @pytest.mark.parametrize("factor", FACTORS)
@@ -146,7 +147,7 @@ PREDICTED = [  # with limits of both ratios
     pytest.param(textures(0.1, 2.0), LSM, 0.91, 1.1, 1.1, marks=SLOW),
     (FINE, LSM, 0.91, 1.1, 1.1),
     pytest.param(real(2, 0.7, 15.0), LSM, 0.83, 1.2, 1.2, marks=SLOW),
-    (real(4, 0.7, 60.0), LSM, 0.83, 1.2, 1.2),
+    pytest.param(real(4, 0.7, 60.0), LSM, 0.83, 1.2, 1.2, marks=SLOW),
     pytest.param(FINE, NOT_SMOOTHED, 0.9, 1.1, 1.1, marks=SLOW),
     pytest.param(textures(0.2, 10.0), PARABOLA, 0.87, 1.15, 1.15, marks=SLOW),
     (FINE, PARABOLA, 0.87, 1.35, 1.35),  # pixel locking

@@ -103,12 +103,10 @@ def test_chance_is_what_one_of_a_hundred_wrong_places_reaches():
 
 @pytest.mark.parametrize(
     "how",
-    [
-        {"blur": 1.0, "gamma": 0.6},
-        pytest.param({"noise": 60.0}, marks=pytest.mark.slow),
-    ],
+    [{"blur": 1.0, "gamma": 0.6}, {"noise": 60.0}],
 )
-@pytest.mark.parametrize("amplitude", [pytest.param(0.0, marks=pytest.mark.slow), 3.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("amplitude", [0.0, 3.0])
 def test_errors_are_as_predicted_where_light_sharpness_and_shift_differ(how, amplitude):
     """The residuals alone predict twice as much with another sharpness."""
     *pair, truth = uneven((6.3, -4.6), amplitude, **how)

@@ -369,6 +369,7 @@ def test_a_shift_that_bends_is_told_from_one_that_turns():
     assert title not in said(bent(0.025), model=fit(bent(0.025)))
 
 
+@pytest.mark.slow
 def test_a_start_and_a_low_threshold_are_told():
     reference, sensed, _ = images.uneven((18.0, -11.0))
     start = registration.approximate(reference, sensed)

@@ -122,7 +122,13 @@ def test_a_pair_that_failed_is_tried_again(photos, serial, empty, tmp_path):
     "kind, workers, attempts, reason",
     [
         (blocks.Failing, 1, 2, "RuntimeError: a disk was asleep"),
-        (blocks.Deadly, 2, 2, "BrokenProcessPool: its process died"),
+        pytest.param(
+            blocks.Deadly,
+            2,
+            2,
+            "BrokenProcessPool: its process died",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_a_pair_that_cannot_be_plotted_is_named_and_the_rest_goes_on(

@@ -57,7 +57,9 @@ def slips(truth: Truth) -> dict[str, Answer]:
 
 def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
     """Return the hint to the slip that explains the result."""
-    return likeliest(judge, truth, found, slips(truth)) or "Draw the two triangles."
+    return (
+        likeliest(judge, truth, found, wrong, slips(truth)) or "Draw the two triangles."
+    )
 
 
 def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
