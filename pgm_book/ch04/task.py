@@ -101,9 +101,7 @@ def slips(truth: Truth) -> dict[str, dict]:
         ),
         "The order: the drone makes yaw first, and the turn made first stands on the"
         " right.": mount @ _turned(drone, "first on the left") @ DOWN,
-        "The file is in degrees; sine and cosine take radians.": (
-            truth.M(np.degrees(drone))
-        ),
+        "`flight` is in radians already.": truth.M(np.radians(drone)),
         "The rows of mount.csv are new axes in the old frame: from where to where does"
         " such a matrix lead?": mount.T @ _turned(drone) @ DOWN,
         "mount.csv leads on from the drone to the camera, and is still missing.": (
@@ -113,35 +111,41 @@ def slips(truth: Truth) -> dict[str, dict]:
     }
     answers = {words: truth.answer(M) for words, M in other.items()}
     good = truth.answer(right)
-    wrong_rows = {
+    rows = {
         "Rows are counted downwards, and y points up.": SIZE[1] - 1 - good["row"],
         "Row 0 is the middle of the first pixel: half a pixel.": good["row"] + 0.5,
         "Rows are counted from 0.": good["row"] + 1,
+        "The transpose of M leads a ray of the photo into object space.": (
+            _rows(truth.c * right[:, 2, 2] / right[:, 2, 1])
+        ),
         "The camera is rotated about its line of sight, too, so that the horizon is not"
         " level in the photo.": _rows(truth.c * np.tan(np.arcsin(right[:, 2, 2]))),
     }
-    wrong_angles = {
+    angles = {
         "The angles are wanted in degrees.": np.radians(good["angles"]),
         "The order of the angles is omega, phi, kappa.": good["angles"][:, ::-1],
     }
-    answers |= {words: good | {"angles": a} for words, a in wrong_angles.items()}
-    return answers | {words: good | {"row": r} for words, r in wrong_rows.items()}
+    answers |= {words: good | {"row": row} for words, row in rows.items()}
+    return answers | {words: good | {"angles": a} for words, a in angles.items()}
 
 
 def hint(truth: Truth, result: object) -> str:
     """Return the hint to the slip that explains the first wrong part."""
     found = named(result, WANTED)
     part = next(one.name for one in judge(truth, result) if not one.holds)
+    good = truth.answer(truth.M(truth.written))
+    right, asked = good[part], found[part]
+    M_holds = near(found["M"], good["M"], 1e-3)
     for words, wrong in slips(truth).items():
-        if near(found[part], wrong[part], 1e-4):
+        blames_M = M_holds and not near(wrong["M"], good["M"])
+        if near(asked, wrong[part], 1e-4) and not blames_M:
             return words
-    right, asked = truth.answer(truth.M(truth.written))[part], found[part]
     if np.allclose(asked, right, rtol=0, atol=0.6) and part != "M":
         return "That is right but for its last digits: was something rounded?"
     if part == "angles" and np.allclose((asked - right + 1) % 180, 1, rtol=0):
-        return (
-            "An angle is half a turn off: a quotient has lost the signs of its parts."
-        )
+        return "An angle is half a turn off: a quotient loses the signs of its parts."
+    if part == "angles" and M_holds:
+        return "M is right; the angles read from it are not: signs, or the quadrant?"
     return {
         "M": "The angles are right; M is what you read them from.",
         "angles": "Write M as a product, and test each factor by the vectors that it"
