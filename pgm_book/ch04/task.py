@@ -1,7 +1,7 @@
 """The task of chapter 4: from a drone's yaw, pitch and roll to the book's angles."""
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -38,7 +38,7 @@ class Truth:
         """Rotation matrices (6, 3, 3) of the camera."""
         return self.mount @ _turned(drone) @ DOWN
 
-    @property
+    @cached_property
     def sd(self) -> np.ndarray:
         """Standard deviations (6,) of the rows in pixels, from the rounded angles."""
 
@@ -98,9 +98,7 @@ def slips(truth: Truth) -> dict[str, Answer]:
         ),
         "The order: the drone makes yaw first, and the turn made first stands on the"
         " right.": asked(mount @ _turned(drone, "first on the left") @ DOWN),
-        "The file is in degrees; sine and cosine take radians.": (
-            asked(truth.M(np.degrees(drone)))
-        ),
+        "`flight` is in radians already.": asked(truth.M(np.radians(drone))),
         "The rows of mount.csv are new axes in the old frame: from where to where does"
         " such a matrix lead?": asked(mount.T @ _turned(drone) @ DOWN),
         "mount.csv leads on from the drone to the camera, and is still missing.": (
@@ -114,29 +112,34 @@ def slips(truth: Truth) -> dict[str, Answer]:
         "Rows are counted downwards, and y points up.": {"row": SIZE[1] - 1 - row},
         "Row 0 is the middle of the first pixel: half a pixel.": {"row": row + 0.5},
         "Rows are counted from 0.": {"row": row + 1},
+        "The transpose of M leads a ray of the photo into object space.": {
+            "row": _at(truth.c * M[:, 2, 2] / M[:, 2, 1])
+        },
         "The camera is rotated about its line of sight, too, so that the horizon is not"
         " level in the photo.": {"row": _at(truth.c * np.tan(np.arcsin(M[:, 2, 2])))},
     }
 
 
 def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
-    """Return the hint to a slip, or to the first wrong part."""
-    likely = likeliest(judge, truth, found, wrong, slips(truth))
-    part = wrong[0]
+    """Return the hint to the slip that explains the first wrong part."""
+    part, M_holds = wrong[0], "M" not in wrong
+    known = slips(truth).items()
+    blameless = {words: one for words, one in known if not (M_holds and "M" in one)}
+    if slip := likeliest(judge, truth, found, [part], blameless):
+        return slip
     asked, right = found[part], _asked(truth.c, truth.M(truth.written))[part]
-    if not likely and part != "M" and np.allclose(asked, right, rtol=0, atol=0.6):
+    if np.allclose(asked, right, rtol=0, atol=0.6) and part != "M":
         return "That is right but for its last digits: was something rounded?"
     if part == "angles" and np.allclose((asked - right + 1) % 180, 1, rtol=0):
-        return (
-            "An angle is half a turn off: a quotient has lost the signs of its parts."
-        )
-    otherwise = {
+        return "An angle is half a turn off: a quotient loses the signs of its parts."
+    if part == "angles" and M_holds:
+        return "M is right; the angles read from it are not: signs, or the quadrant?"
+    return {
         "M": "The angles are right; M is what you read them from.",
         "angles": "Write M as a product, and test each factor by the vectors that it"
         " must turn into x, y or z: north-east-down, drone, camera.",
         "row": "The angles are right. Of the rays (0, y, -c), which one has no height?",
-    }
-    return likely or otherwise[part]
+    }[part]
 
 
 def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:

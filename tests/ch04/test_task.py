@@ -4,6 +4,7 @@ import numpy as np
 
 from pgm_book import task as book
 from pgm_book.ch04 import task
+from pgm_lab import rotation
 
 
 def truth_and_answer(name):
@@ -51,6 +52,8 @@ def test_what_was_rounded_or_lost_its_quadrant_is_named():
         ({"row": np.round(answer["row"])}, "last digits"),
         ({"angles": np.round(answer["angles"], 1)}, "last digits"),
         ({"angles": half}, "half a turn off"),
-        ({"angles": answer["angles"] + 7}, "test each factor"),
+        ({"angles": answer["angles"] + 7}, "M is right"),
+        ({"angles": answer["angles"] + 7, "M": 0.9 * answer["M"]}, "test each factor"),
+        ({"angles": np.degrees(rotation.angles(answer["M"].swapaxes(1, 2)))}, "M is r"),
     ]:
         assert words in task.hint(truth, answer | change, list(change))
