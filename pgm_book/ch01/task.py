@@ -139,42 +139,35 @@ def slips(truth: Truth) -> dict[str, Answer]:
 
 
 def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
-    """Return the hint to what spoils all centroids, or to a single slip."""
-    size, right = (
-        found["pixel_size"] / truth.answer["pixel_size"],
-        truth.answer["photo"],
-    )
+    """Return the hint to what spoils all centroids, to a slip, or to what is off."""
+    slip = likeliest(judge, truth, found, wrong, slips(truth))
+    photo, right, sd = "photo" in wrong, truth.answer["photo"], truth.sd
+    size = found["pixel_size"] / truth.answer["pixel_size"]
     off, away = found["photo"] - right, truth.plan - right
     pull, aside = np.sum(off * away) / np.sum(away**2), off.mean(axis=0)
     along = _rms(off - pull * away) < 0.8 * _rms(off)
-    if "photo" in wrong and along and 0.03 < abs(pull) and pull < 0.95:
-        return (
-            "The centroids are off along the way to the centres of their windows:"
-            " which grey value has the empty background of this photo?"
-        )
-    if slip := likeliest(judge, truth, found, wrong, slips(truth)):
-        return slip
-    if "pixel_size" in wrong and abs(size - 1) < 0.01:
-        return (
-            "Clicks are good to two pixels: fit the lines to the measured centres of"
-            " all twenty, and keep all digits."
-        )
-    if "photo" in wrong:
-        if (
-            _rms(np.sort(found["photo"], axis=0) - np.sort(right, axis=0))
-            < 3 * truth.sd
-        ):
-            return "The targets are wanted in the order of plan.csv."
-        if _rms(off) > 50 * _rms(away):
-            return (
-                "The photo coordinates are wanted in mm, from the centre of the photo."
-            )
-        if _rms(off - aside) < min(_rms(aside) / 3, 6 * truth.sd):
-            return (
-                "All photo coordinates are off by the same amount: by half a pixel, or"
-                " by a corner of the window?"
-            )
-    return f"Look again at {' and '.join(wrong)}: draw a plot."
+    ordered = np.sort(found["photo"], axis=0) - np.sort(right, axis=0)
+    hints = {
+        "The centroids are off along the way to the centres of their windows: which"
+        " grey value has the empty background of this photo?": (
+            photo and along and 0.03 < abs(pull) and pull < 0.95
+        ),
+        slip: slip != "",
+        "Clicks are good to two pixels: fit the lines to the measured centres of all"
+        " twenty, and keep all digits.": "pixel_size" in wrong and abs(size - 1) < 0.01,
+        "The targets are wanted in the order of plan.csv.": (
+            photo and _rms(ordered) < 3 * sd
+        ),
+        "The photo coordinates are wanted in mm, from the centre of the photo.": (
+            photo and _rms(off) > 50 * _rms(away)
+        ),
+        "All photo coordinates are off by the same amount: by half a pixel, or by a"
+        " corner of the window?": (
+            photo and _rms(off - aside) < min(_rms(aside) / 3, 6 * sd)
+        ),
+        f"Look again at {' and '.join(wrong)}: draw a plot.": True,
+    }
+    return next(words for words, holds in hints.items() if holds)
 
 
 def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
