@@ -32,7 +32,7 @@ class Truth:
     lines: list[str]
     A: np.ndarray  # (11, 6)
     observed: np.ndarray  # m, from or to the known height
-    sigma: np.ndarray  # standard deviations of the readings, m
+    p: np.ndarray  # weights of the lines
     bad: int
 
     @property
@@ -41,9 +41,9 @@ class Truth:
         return np.arange(len(self.lines)) != self.bad
 
     @property
-    def p(self) -> np.ndarray:
-        """Weights of the lines."""
-        return (SIGMA0 / self.sigma) ** 2
+    def sigma(self) -> np.ndarray:
+        """Standard deviations of the readings (m)."""
+        return SIGMA0 / np.sqrt(self.p)
 
     def adjusted(
         self, p: np.ndarray, used: np.ndarray
@@ -69,14 +69,13 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     km = np.round(chance.uniform(0.4, 4, 11), 1)
     heights = np.round(chance.uniform(80, 120, 7), 4)
     heights[0] = KNOWN
-    sigma = SIGMA0 * np.sqrt(km)
-    errors = sigma * chance.standard_normal(11)
+    errors = SIGMA0 * np.sqrt(km) * chance.standard_normal(11)
     size = np.rint(chance.choice([-1, 1]) * chance.uniform(30, 70))
     errors[bad] += size / 1000
     # One row for each line, one column for each mark, the known one too
     A = np.array([[1.0 * (m == b) - (m == a) for m in MARKS] for a, b in lines])
     observed = np.round(A @ heights + errors, 4)
-    truth = Truth({}, lines, A[:, 1:], observed - KNOWN * A[:, 0], sigma, bad)
+    truth = Truth({}, lines, A[:, 1:], observed - KNOWN * A[:, 0], 1 / km, bad)
     found = truth.adjusted(truth.p, truth.good)[0]
     answer = found | {"heights": heights[1:], "line": lines[bad], "size": float(size)}
     truth = replace(truth, answer=answer)
