@@ -21,7 +21,7 @@ WANTED = {
     "sd": ("one number: the standard deviation of the distance, in metres", ()),
 }
 read = partial(named, wanted=WANTED)
-OTHER_UNIT = "X0 of the right photo is 1: it is the unit of the whole base."
+OTHER_UNIT = "X0 of the right photo is 1: it is the unit of the whole model."
 SD_ALLOWED = 10.0  # per cent: boxes are not weighted, which changes it by up to 3
 
 
@@ -119,9 +119,9 @@ def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
         "exterior": "Are the boxes flat for what you found? Print all volumes: they"
         " fall by orders of magnitude from step to step, or a sign is wrong.",
         "distance": "The exterior is right. Do the rays meet in front of both photos?",
-        "sd": "The distance is right. It is a function of all 64 image coordinates:"
-        " what does each contribute, and how do independent errors add up? (A"
-        " simulation needs a thousand runs.)",
+        "sd": "The distance is right. It is a function of all 64 image coordinates: the"
+        " right photo, the points and the scale move with each. How do independent"
+        " errors add up? (A simulation needs a thousand runs.)",
     }
     known = likeliest(judge, truth, found, wrong[:1], slips(truth))
     return known or general[wrong[0]]
