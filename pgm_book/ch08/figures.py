@@ -563,7 +563,8 @@ def terrain(dsm: Surface, dtm: Terrain, land: Landscape) -> None:
         fig,
         f"Two maps with contours every {CONTOURS} m. Those of the surface pile up at"
         " houses and at the wood; those of the terrain run smoothly. Its errors, in"
-        f" colours, are small in the fields and larger in the wood: RMSE {', '.join(said)}.",
+        " colours, are small in the fields and larger in the wood: RMSE"
+        f" {', '.join(said)}.",
         colours=96,
     )
 
