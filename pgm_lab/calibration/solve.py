@@ -343,6 +343,12 @@ def chosen(photos: Sequence[Measured]) -> tuple[list[Measured], dict[str, str]]:
                     f"it was not taken as most are: its {what} is {_shown(value)},"
                     f" where most have {_shown(usual)}. {OTHER_CAMERA}"
                 )
+    # A copy would count as an observation of its own
+    first = {one.pixels.tobytes(): one for one in reversed(good)}
+    for one in list(good):
+        if (other := first[one.pixels.tobytes()]) is not one:
+            good.remove(one)
+            left_out[one.name] = f"it is a copy of {other.name}"
     if len(good) < MIN_PHOTOS:
         reasons = "; ".join(f"{name}: {words}" for name, words in left_out.items())
         raise ValueError(
