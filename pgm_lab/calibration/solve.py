@@ -350,7 +350,10 @@ def chosen(photos: Sequence[Measured]) -> tuple[list[Measured], dict[str, str]]:
             good.remove(one)
             left_out[one.name] = f"it is a copy of {other.name}"
     if len(good) < MIN_PHOTOS:
-        reasons = "; ".join(f"{name}: {words}" for name, words in left_out.items())
+        named = {words: "" for words in left_out.values()}  # each reason once
+        for name, words in left_out.items():
+            named[words] += f"{', ' if named[words] else ''}{name}"
+        reasons = "; ".join(f"{names}: {words}" for words, names in named.items())
         raise ValueError(
             f"{len(good)} of {len(photos)} photos show the board well enough, and"
             f" {MIN_PHOTOS} are the least, 12 to 20 a good number. {reasons}".rstrip()

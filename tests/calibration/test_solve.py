@@ -198,6 +198,9 @@ def test_photos_that_do_not_fit_are_left_out_with_a_reason(photos):
 def test_too_few_photos_and_parallel_ones_are_refused(photos):
     with pytest.raises(ValueError, match="3 of 3 photos show the board .* 4 are"):
         calibrate(photos[:3], rendered.BOARD)
+    lost = [replace(one, words="no marker is seen") for one in photos[:2]]
+    with pytest.raises(ValueError, match=f"{lost[0].name}, {lost[1].name}: no marker"):
+        calibrate(lost, rendered.BOARD)
     with pytest.raises(ValueError, match="all photos look the same way"):
         pixels = photos[0].pixels
         same = [replace(photos[0], name=str(i), pixels=pixels + i) for i in range(6)]
