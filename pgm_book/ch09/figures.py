@@ -29,7 +29,7 @@ def boards(sets: tuple[Board, Board]) -> None:
     plot.show(
         fig,
         f"Two photos of one chequerboard; a cross marks each of its {n} inner corners.",
-        dpi=140,
+        dpi=160,
         colours=48,
     )
 
@@ -62,7 +62,7 @@ def shapes(sets: tuple[Board, Board], off: list[np.ndarray]) -> None:
         f" each corner is off the plane, up to {most:.3f} squares, arrows, {ENLARGED:g}"
         " times enlarged, how far off its place in the grid. The maps look alike: r ="
         f" {r[0]:.2f}, {r[1]:.2f}, {r[2]:.2f} in x, y, z.",
-        dpi=140,
+        dpi=160,
         colours=64,
     )
 
@@ -86,7 +86,7 @@ def held_out(errors: dict[str, np.ndarray]) -> None:
         fig,
         "What is left in x and y in each photo that took no part, a dot a photo, for"
         f" two models; their root mean squares are bars. {'; '.join(said)}.",
-        dpi=140,
+        dpi=160,
         colours=48,
     )
 
@@ -105,7 +105,7 @@ def pair(scene: Pair) -> None:
         "Two photos of the same scene, taken side by side and looking in different"
         f" directions. A line on the left one joins two points {scene.distance:.3f} m"
         " apart.",
-        dpi=140,
+        dpi=160,
         colours=64,
     )
 
@@ -123,7 +123,7 @@ def matches(scene: Pair, found: np.ndarray) -> None:
         fig,
         f"The left and the right photo side by side, {len(found)} points joined by"
         " lines with their matches; nearly all lines run side by side.",
-        dpi=140,
+        dpi=160,
         colours=96,
     )
 
@@ -144,7 +144,7 @@ def weakest(names: list[str], sd: np.ndarray, off: np.ndarray) -> None:
         fig,
         f"Bars: the standard deviations of the orientation, {', '.join(said)};"
         " diamonds, where the truth is known, its errors.",
-        dpi=140,
+        dpi=160,
         colours=48,
     )
 
@@ -227,7 +227,7 @@ def surface(points: np.ndarray, grey: np.ndarray) -> None:
             fig,
             f"A surface of {len(mesh)} triangles in grey values of the photo, seen from"
             f" azimuth {azimuth}° and elevation {elevation}°.",
-            dpi=140,
+            dpi=160,
             colours=48,
         )
 
