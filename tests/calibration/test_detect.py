@@ -93,7 +93,7 @@ NONE = "is seen: no board, another one, mirrored"
             pytest.param(
                 usual(),
                 Board("charuco", *size, 20.0),
-                "do not lie",
+                "do not lie as on one of {} x {}".format(*size),
                 marks=pytest.mark.slow,
             )
             for size in ((9, 13), (13, 7))
