@@ -1,26 +1,31 @@
 """Your task: new data, one question, an empty cell, at the end of every lesson.
 
 The data are made from a name, so that everybody has their own, and the same again on
-every machine. What a lesson asks stands in its ``task.py``, with four functions:
+every machine. What a lesson asks stands in its ``task.py``, with six functions:
 
 ``make(chance)``
     The files, and the truth that belongs to them. A file is text, or grey values
     (uint8), which are written as PNG. `chance` is a frozen stream; numbers are rounded,
     so that the last digit of a library changes nothing.
-``judge(truth, result)``
-    The parts of an answer, each with how far it is off; a CheckFailed where it is no
-    answer to the question.
+``read(result)``
+    The values of an answer, most often by name; a CheckFailed where it is none to the
+    question.
+``judge(truth, found)``
+    The parts of an answer, each with how far it is off.
 ``slips(truth)``
-    What the likeliest wrong programs give, by the hint that helps.
-``hint(truth, result)``
-    One of these hints, or another sentence.
-``picture(truth, result)``
-    The result beside the truth: a figure and what it shows.
+    By the hint that helps, what the likeliest wrong programs give with these data.
+    Where the truth has the right values by name, in ``answer``, only those that the
+    program spoils.
+``hint(truth, found, wrong)``
+    What helps where these parts are wrong: the hint of a slip, or another sentence.
+``picture(truth, found)``
+    The values beside the truth: a figure and what it shows.
 
 `grey` and `table` make what a file holds, `named` reads an answer of several parts,
-`likeliest` finds the slip that it looks like.
+`likeliest` finds the slip that explains a wrong one.
 """
 
+import copy
 import hashlib
 import importlib
 import json
@@ -44,6 +49,7 @@ from pgm_lab import plot
 from pgm_lab.io import files
 
 RESULTS = "my_results.json"
+Answer = dict[str, Any]  # the values of an answer by name
 
 
 @dataclass(frozen=True)
@@ -88,7 +94,7 @@ class Task:
 
     def judged(self, result: Any) -> list[Part]:
         """Return how far the parts of a result are off; nothing is kept."""
-        return self._lesson.judge(self._truth, result)
+        return self._lesson.judge(self._truth, self._lesson.read(result))
 
     def hand_in(self, result: Any) -> None:
         """Say whether a result is right, within what the noise of the data allows.
@@ -110,18 +116,21 @@ class Task:
         if not passed:
             raise CheckFailed(f"try {number}: {said}. mine.hint() names a likely slip.")
         print(f"✓ Task {self.number}, try {number}. {said}.")
-        figure, alt = self._lesson.picture(self._truth, result)
+        figure, alt = self._lesson.picture(self._truth, self._lesson.read(result))
         plot.show(figure, alt)
 
     def hint(self) -> None:
         """Name the slip that the last result looks like, or what its form must be."""
         if not self._last:
             raise CheckFailed("hand a result in first: mine.hand_in(result)")
-        (last,) = self._last
-        if all(part.holds for part in self.judged(last)):
-            print("Your last result is right.")
-        else:
-            print(self._lesson.hint(self._truth, last))
+        found = self._lesson.read(*self._last)
+        print(self.explained(found) or "Your last result is right.")
+
+    def explained(self, found: Any) -> str:
+        """Return the hint to values of which some are wrong, "" where all are right."""
+        parts = self._lesson.judge(self._truth, found)
+        wrong = [part.name for part in parts if not part.holds]
+        return self._lesson.hint(self._truth, found, wrong) if wrong else ""
 
     def _kept(self, parts: list[Part], passed: bool) -> int:
         """Keep a try beside the reader's program; return its number."""
@@ -197,7 +206,7 @@ def table(head: str, row: str, rows: Iterable[Iterable]) -> str:
     return "\n".join([head, *(row.format(*one) for one in rows)]) + "\n"
 
 
-def named(result: Any, wanted: dict[str, tuple[str, Any]]) -> dict[str, Any]:
+def named(result: Any, wanted: dict[str, tuple[str, Any]]) -> Answer:
     """Return the parts of an answer by their names, or say what is wanted.
 
     `wanted` has for each name what it must be, in words, and the shape of its numbers;
@@ -222,30 +231,27 @@ def named(result: Any, wanted: dict[str, tuple[str, Any]]) -> dict[str, Any]:
 
 
 def likeliest(
-    slips: Mapping[str, Mapping[str, Any]],
-    right: Mapping[str, Any],
-    found: Mapping[str, Any],
+    judge: Callable[[Any, Answer], list[Part]],
+    truth: Any,
+    found: Answer,
     wrong: Iterable[str],
-    same: Callable[[str, Any, Any], bool],
+    slips: Mapping[str, Answer],
 ) -> str:
-    """Return the hint of the first slip that explains a wrong part, "" if none does.
+    """Return the hint of the slip that explains the first wrong part, or a later one.
 
-    A slip is an answer in which some parts differ from the right one; `same` compares
-    two values of a part.
-
-    Examples
-    --------
-    >>> slips = {"Metres, not mm?": {"size": 0.007}, "Its sign?": {"size": -7}}
-    >>> equal = lambda key, one, other: one == other
-    >>> likeliest(slips, {"size": 7}, {"size": -7}, ["size"], equal)
-    'Its sign?'
+    A slip explains a part that would hold if what the slip gives were the right answer;
+    of several the nearest is taken. Where none explains anything, "" is returned. So
+    `judge` compares with ``truth.answer``, a field or a cached property, on which what
+    is allowed must not depend.
     """
-    for words, slip in slips.items():
-        spoilt = [key for key in right if not same(key, slip[key], right[key])]
-        if not set(spoilt).isdisjoint(wrong):
-            if all(same(key, found[key], slip[key]) for key in spoilt):
-                return words
-    return ""
+    near: dict[str, dict[str, float]] = {name: {} for name in wrong}
+    for words, change in slips.items():
+        as_if = copy.copy(truth)  # with all that is cached
+        vars(as_if)["answer"] = truth.answer | change
+        for part in judge(as_if, found):
+            if part.name in near and part.holds:
+                near[part.name][words] = part.off
+    return next((min(one, key=one.__getitem__) for one in near.values() if one), "")
 
 
 # --- From a name to the values ---

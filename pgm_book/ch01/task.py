@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pgm_book.common.checks import CheckFailed
-from pgm_book.task import Part, grey, likeliest, named, table
+from pgm_book.task import Answer, Part, grey, likeliest, named, table
 from pgm_lab import frames, plot, simulate
 
 NOISE, CONTRAST, DIAMETER = 3.0, 150.0, 9.0  # grey values, and pixels
@@ -18,15 +18,14 @@ CENTROID = NOISE * np.sqrt(19**2 * (19**2 - 1) / 12) / WHOLE
 PROGRAM = 0.03  # pixels: how well the program measured
 # Of the way from the middle: lines through clicks give another pixel size
 HAND = 0.0015
-ORIGINS = {"upper left": (0, 0), "lower left": (0, 1), "centre": (0.5, 0.5)}
-# Half a pixel from an origin to the outer corner, or to half the number of columns
-BESIDE = {"upper left": (-0.5, -0.5), "lower left": (-0.5, 0.5), "centre": (0.5, 0.5)}
+# The zero as a share of the way from the centre of the first pixel to that of the last;
+# half a pixel on from there, in half of all photos; and the axes
 CONVENTIONS = (
-    ("upper left", "right, down"),
-    ("upper left", "down, right"),
-    ("lower left", "right, up"),
-    ("centre", "right, up"),
-    ("centre", "right, down"),
+    ((0, 0), (-0.5, -0.5), "right, down"),
+    ((0, 0), (-0.5, -0.5), "down, right"),
+    ((0, 1), (-0.5, 0.5), "right, up"),
+    ((0.5, 0.5), (0.5, 0.5), "right, up"),
+    ((0.5, 0.5), (0.5, 0.5), "right, down"),
 )
 STEPS = {"right": (1, 0), "left": (-1, 0), "down": (0, 1), "up": (0, -1)}
 WANTED: dict[str, tuple[str, Any]] = {
@@ -35,40 +34,24 @@ WANTED: dict[str, tuple[str, Any]] = {
     "pixel_size": ("one number, in mm", ()),
     "photo": ("(20, 2): x, y in mm of each", (20, 2)),
 }
-CLICKED = (
-    "Clicks are good to two pixels: fit the lines to the measured centres of all"
-    " twenty, and keep all digits."
-)
-ASIDE = (
-    "All photo coordinates are off by the same amount: by half a pixel, or by a corner"
-    " of the window?"
-)
-PULL = (
-    "The centroids are off along the way to the centres of their windows: which grey"
-    " value has the empty background of this photo?"
-)
 
 
 @dataclass(frozen=True)
 class Truth:
-    """The right answer, and where it comes from."""
+    """The right answer, where it comes from, and how exact it can be."""
 
-    answer: dict[str, Any]
+    answer: Answer
     image_size: tuple[int, int]
     pixels: np.ndarray  # (20, 2), true centres of the targets of plan.csv
     plan: np.ndarray  # (20, 2), mm
     sd_size: float  # of the pixel size, relative to it
-
-    @property
-    def sd(self) -> float:
-        """Standard deviation of a measured photo coordinate in mm."""
-        return CENTROID * self.answer["pixel_size"]
+    sd: float  # of a photo coordinate, mm
 
 
 def make(chance: np.random.RandomState) -> tuple[dict[str, Any], Truth]:
     """Twenty targets with the coordinates of a program, and twenty with a plan."""
     size = (2 * int(chance.uniform(440, 520)), 2 * int(chance.uniform(300, 360)))
-    origin, axes = CONVENTIONS[int(chance.uniform(0, len(CONVENTIONS)))]
+    share, beside, axes = CONVENTIONS[int(chance.uniform(0, len(CONVENTIONS)))]
     half, p = chance.uniform() < 0.5, round(chance.uniform(0.0025, 0.008), 7)
 
     grid = np.stack(np.meshgrid(np.arange(8) + 0.5, np.arange(5) + 0.5), axis=-1)
@@ -81,7 +64,7 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, Any], Truth]:
     for (column, row), disc in zip(corners, discs):
         values[row : row + 31, column : column + 31] += disc
 
-    zero = ORIGINS[origin] * np.subtract(size, 1) + half * np.array(BESIDE[origin])
+    zero = share * np.subtract(size, 1) + half * np.array(beside)
     turn = p * np.transpose([STEPS[one] for one in axes.split(", ")])
     given, others = places[:20], places[20:]
     short = HAND * (given - np.divide(size, 2))  # a hand that stops short
@@ -99,25 +82,10 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, Any], Truth]:
         "targets.png": grey(values),
         "program.csv": table("column,row,x,y", form, np.hstack([clicked, printed])),
         "plan.csv": table("x,y", "{:.3f},{:.3f}", plan),
-    }, Truth(answer, size, others, plan.round(3), float(slopes.max()))
+    }, Truth(answer, size, others, plan.round(3), float(slopes.max()), CENTROID * p)
 
 
-def judge(truth: Truth, result: object) -> list[Part]:
-    """Return how far each value is off; of the photo coordinates the mean square."""
-    found, right = _read(result), truth.answer
-    zero, size = (
-        found["zero"] - right["zero"],
-        found["pixel_size"] / right["pixel_size"],
-    )
-    return [
-        Part("zero", float(np.abs(zero).max()), 0.1, "px"),
-        Part("axes", float(found["axes"] != right["axes"]), 0),
-        Part("pixel_size", abs(size - 1) / truth.sd_size),
-        Part("photo", _rms(found["photo"] - right["photo"]) / truth.sd),
-    ]
-
-
-def _read(result: object) -> dict[str, Any]:
+def read(result: object) -> Answer:
     """Return the values of an answer, or say what is wanted."""
     found = named(result, WANTED)
     given = found["axes"]
@@ -128,17 +96,30 @@ def _read(result: object) -> dict[str, Any]:
     return found | {"axes": ", ".join(axes)}
 
 
+def judge(truth: Truth, found: Answer) -> list[Part]:
+    """Return how far each value is off; of the photo coordinates the mean square."""
+    right = truth.answer
+    zero = np.abs(found["zero"] - right["zero"]).max()
+    size = abs(found["pixel_size"] / right["pixel_size"] - 1)
+    return [
+        Part("zero", float(zero), 0.1, "px"),
+        Part("axes", float(found["axes"] != right["axes"]), 0),
+        Part("pixel_size", size / truth.sd_size),
+        Part("photo", _rms(found["photo"] - right["photo"]) / truth.sd),
+    ]
+
+
 def _rms(off: np.ndarray) -> float:
     return float(np.sqrt(np.mean(off**2)))
 
 
-def slips(truth: Truth) -> dict[str, dict[str, Any]]:
+def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
-    right, (columns, rows) = truth.answer, truth.image_size
-    p, photo, zero = right["pixel_size"], right["photo"], right["zero"]
-    x, y = right["axes"].split(", ")
+    zero, axes, p, photo = truth.answer.values()
+    columns, rows = truth.image_size
+    x, y = axes.split(", ")
     flip = {"up": "down", "down": "up", "right": "right"}
-    changes: dict[str, dict[str, Any]] = {
+    return {
         "Do its coordinates grow with the row?": {"axes": f"{flip[x]}, {flip[y]}"},
         "Which of its coordinates follows the column?": {"axes": f"{y}, {x}"},
         "The zero is off by half a pixel: the centre of the first pixel is (0, 0).": {
@@ -147,7 +128,6 @@ def slips(truth: Truth) -> dict[str, dict[str, Any]]:
         "Where are both its coordinates zero, by the straight lines?": {
             "zero": zero + (columns / 2, rows / 2)
         },
-        CLICKED: {"pixel_size": 1.001 * p},
         "The pixel size is wanted in millimetres.": {"pixel_size": 1000 * p},
         "A pixel size has no sign.": {"pixel_size": -p},
         "In this book y of a photo points up.": {"photo": photo * (1, -1)},
@@ -155,48 +135,45 @@ def slips(truth: Truth) -> dict[str, dict[str, Any]]:
             "photo": photo + p * (columns - rows) / 2
         },
         "Those are places of the plan: measure them.": {"photo": truth.plan},
-        ASIDE: {"photo": photo + (-p / 2, p / 2)},
     }
-    return {words: right | change for words, change in changes.items()}
 
 
-def hint(truth: Truth, result: object) -> str:
-    """Return the hint to the first slip that explains a wrong value."""
-    found, right = _read(result), truth.answer
-    wrong = [part.name for part in judge(truth, result) if not part.holds]
-
-    def same(key: str, one: Any, other: Any) -> bool:
-        if key == "axes":
-            return bool(one == other)
-        if key == "pixel_size":
-            return bool(abs(one / other - 1) < 1 / 2000)
-        return _rms(one - other) < {"zero": 0.1, "photo": 3 * truth.sd}[key]
-
-    # First what spoils all centroids, and with them zero and pixel size
-    off, away = found["photo"] - right["photo"], truth.plan - right["photo"]
+def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
+    """Return the hint to what spoils all centroids, to a slip, or to what is off."""
+    slip = likeliest(judge, truth, found, wrong, slips(truth))
+    photo, right, sd = "photo" in wrong, truth.answer["photo"], truth.sd
+    size = found["pixel_size"] / truth.answer["pixel_size"]
+    off, away = found["photo"] - right, truth.plan - right
     pull, aside = np.sum(off * away) / np.sum(away**2), off.mean(axis=0)
     along = _rms(off - pull * away) < 0.8 * _rms(off)
-    if "photo" in wrong and along and 0.03 < abs(pull) and pull < 0.95:
-        return PULL
-    if words := likeliest(slips(truth), right, found, wrong, same):
-        return words
-    if same("photo", *(np.sort(one["photo"], axis=0) for one in (found, right))):
-        if "photo" in wrong:
-            return "The targets are wanted in the order of plan.csv."
-    ratio = found["pixel_size"] / right["pixel_size"]
-    if "pixel_size" in wrong and abs(ratio - 1) < 0.01:
-        return CLICKED
-    if "photo" in wrong and _rms(off) > 50 * _rms(away):
-        return "The photo coordinates are wanted in mm, from the centre of the photo."
-    if "photo" in wrong and _rms(off - aside) < min(_rms(aside) / 3, 6 * truth.sd):
-        return ASIDE
-    return f"Look again at {' and '.join(wrong)}: draw a plot."
+    ordered = np.sort(found["photo"], axis=0) - np.sort(right, axis=0)
+    hints = {
+        "The centroids are off along the way to the centres of their windows: which"
+        " grey value has the empty background of this photo?": (
+            photo and along and 0.03 < abs(pull) and pull < 0.95
+        ),
+        slip: slip != "",
+        "Clicks are good to two pixels: fit the lines to the measured centres of all"
+        " twenty, and keep all digits.": "pixel_size" in wrong and abs(size - 1) < 0.01,
+        "The targets are wanted in the order of plan.csv.": (
+            photo and _rms(ordered) < 3 * sd
+        ),
+        "The photo coordinates are wanted in mm, from the centre of the photo.": (
+            photo and _rms(off) > 50 * _rms(away)
+        ),
+        "All photo coordinates are off by the same amount: by half a pixel, or by a"
+        " corner of the window?": (
+            photo and _rms(off - aside) < min(_rms(aside) / 3, 6 * sd)
+        ),
+        f"Look again at {' and '.join(wrong)}: draw a plot.": True,
+    }
+    return next(words for words, holds in hints.items() if holds)
 
 
-def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     """Draw where the program has its zero and axes, and how far the targets are off."""
-    found, columns, rows = _read(result), *truth.image_size
-    off, zero = 1000 * (found["photo"] - truth.answer["photo"]), found["zero"]
+    zero, (columns, rows) = found["zero"], truth.image_size
+    off = 1000 * (found["photo"] - truth.answer["photo"])
     fig, (left, right) = plt.subplots(1, 2, figsize=(10, 4.4))
     left.add_patch(plt.Rectangle((-0.5, -0.5), columns, rows, fill=False, linewidth=2))
     left.plot(*truth.pixels.T, "o", color=plot.BLUE)
@@ -207,9 +184,8 @@ def picture(truth: Truth, result: object) -> tuple[Figure, str]:
         left.text(*(end + (14, -14)), name, color=plot.RED, fontsize=18)
     left.set(xlabel="column X (px)", ylabel="row Y (px)", aspect="equal")
     left.set(xlim=(-60, columns + 40), ylim=(rows + 40, -40))
-    t, radius = np.linspace(0, 2 * np.pi, 91), 3000 * truth.sd
+    right.add_patch(plt.Circle((0, 0), 3000 * truth.sd, fill=False, linewidth=2))
     right.plot(*off.T, "o", color=plot.BLUE)
-    right.plot(radius * np.cos(t), radius * np.sin(t), color=plot.BLACK)
     right.set(xlabel="x, off (µm)", ylabel="y, off (µm)", aspect="equal")
     return fig, (
         f"Left, the photo with your twenty targets. The program's zero is at column"

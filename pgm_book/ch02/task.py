@@ -29,8 +29,8 @@ ALLOWED = 12  # points of thirty, wrong ones counted twice
 FORM = "30 rows of (column, row) in the right photo, NaN where a point has no match"
 
 EVERY = (
-    "Nearly every point has a pixel. A search always finds a highest r, also where the"
-    " point is hidden: how high is it, and does the search back end where it began?"
+    "Points that the right photo hides have a pixel. A search always finds a highest r:"
+    " how high is it there, and does the search back end where it began?"
 )
 REPEATED = (
     "Look at the points among the rows of small trees: how high is the second summit of"
@@ -38,9 +38,11 @@ REPEATED = (
 )
 STRICT = (
     "Points that both photos show are missing. Does the search window hold all four"
-    " matches in `known`? How high is r at points that you see in both photos?"
+    " matches in `known` (a shift is right minus left)? How high is r at points that"
+    " you see in both photos?"
 )
 SWAPPED = "Column and row are exchanged: column first."
+STILL = "Those are pixels of the left photo."
 SHIFT = "Those are shifts; the pixel in the right photo is wanted."
 REVERSED = "A shift leads from the left photo to the right one: right minus left."
 BESIDE = (
@@ -51,6 +53,7 @@ OTHERWISE = (
     "Some pixels are wrong: draw the map of r for a point that you trust, and for one"
     " that you do not. A large template reaches over the edge of a crown."
 )
+Found = tuple[np.ndarray, np.ndarray]  # pixels (30, 2), and in which rows there is one
 
 
 @dataclass(frozen=True)
@@ -154,35 +157,31 @@ def _ground(
     return chance.permutation(places[clear][texture > np.median(texture)])[:15]
 
 
-def judge(truth: Truth, result: object) -> list[Part]:
+def judge(truth: Truth, found: Found) -> list[Part]:
     """Return how many points are missing, the wrong ones counted twice."""
-    found = _pixels(result)
-    given, right = _given(found), truth.right_ones(found)
+    pixels, given = found
+    right = truth.right_ones(pixels)
     missing, wrong = ~given & (truth.kind != HIDDEN), np.sum(given & ~right)
     lost = np.sum(missing) + 2 * wrong
     words = f"{np.sum(missing)} missing, {wrong} wrong (each counts 2)"
     trees = np.sum(missing & (truth.kind == PLANTED))
     if trees > 4 and lost <= ALLOWED:
         words = (
-            f"{trees} points among the small trees are missing: a template as wide as"
-            f" their rows finds most of them; {words}"
+            f"{trees} points among the small trees are missing: for these alone, a"
+            f" template as wide as their rows finds most, with r of only 0.5; {words}"
         )
     return [Part(words, float(lost), ALLOWED, "lost")]
 
 
-def _pixels(result: Any) -> np.ndarray:
-    """Return an answer as (30, 2)."""
+def read(result: Any) -> Found:
+    """Return an answer as (30, 2), and in which rows there is a pixel."""
     try:
         found = np.array(result, dtype=float)
     except (TypeError, ValueError):
         raise CheckFailed(f"the result must be {FORM}") from None
     if found.shape != (30, 2):
         raise CheckFailed(f"the result must be {FORM}; got {found.shape}")
-    return found
-
-
-def _given(found: np.ndarray) -> np.ndarray:
-    return np.all(np.isfinite(found), axis=1)
+    return found, np.isfinite(found).all(axis=1)
 
 
 def slips(truth: Truth) -> dict[str, np.ndarray]:
@@ -190,67 +189,69 @@ def slips(truth: Truth) -> dict[str, np.ndarray]:
     best = np.rint(truth.there)
     best[truth.kind == HIDDEN] = np.nan
     guessed, strict, all_given = best.copy(), best.copy(), np.rint(truth.there)
-    for wrong in (guessed, all_given):
-        wrong[truth.kind == PLANTED, 0] += STEP
+    trees = np.flatnonzero(truth.kind == PLANTED)
+    guessed[trees, 0] += STEP
+    all_given[trees[:5], 0] += STEP  # some of them are found by chance
     strict[truth.kind != CROWN] = np.nan
     return {
         EVERY: all_given,
         REPEATED: guessed,
         STRICT: strict,
         SWAPPED: best[:, ::-1],
+        STILL: 1.0 * truth.points,
         SHIFT: best - truth.points,
         REVERSED: 2 * truth.points - best,
         BESIDE: best - 10,
     }
 
 
-def hint(truth: Truth, result: object) -> str:
+def hint(truth: Truth, found: Found, _: list[str]) -> str:
     """Return the hint to what most points suffer from."""
-    found = _pixels(result)
-    given, hidden = _given(found), truth.kind == HIDDEN
-    wrong, seen = given & ~truth.right_ones(found), given & ~hidden
+    (pixels, given), hidden = found, truth.kind == HIDDEN
+    wrong, seen = given & ~truth.right_ones(pixels), given & ~hidden
     if np.sum(wrong & seen) > np.sum(seen) / 2:
-        by = np.median((found - truth.there)[seen], axis=0)
-        to_the_right = np.median((found - truth.points)[seen, 0]) > 0  # no shift leads
+        by = np.median((pixels - truth.there)[seen], axis=0)
+        to_the_right = np.median((pixels - truth.points)[seen, 0]) > 0  # no shift leads
         mended = {
-            SWAPPED: found[:, ::-1],
-            SHIFT: found + truth.points,
-            REVERSED: truth.there if to_the_right else found,
-            BESIDE: found - by,
+            SWAPPED: pixels[:, ::-1],
+            STILL: pixels - truth.points + truth.there,
+            SHIFT: pixels + truth.points,
+            REVERSED: truth.there if to_the_right else pixels,
+            BESIDE: pixels - by,
         }
         for words, other in mended.items():
             if np.sum(truth.right_ones(other) & seen) > np.sum(seen) / 2:
                 return words
-    for words, kind in ((EVERY, HIDDEN), (REPEATED, PLANTED)):
-        if np.sum(wrong & (truth.kind == kind)) >= 2:
-            return words
+    kinds = {EVERY: HIDDEN, REPEATED: PLANTED}
+    number = {w: np.sum(wrong & (truth.kind == kind)) for w, kind in kinds.items()}
+    words = max(number, key=number.__getitem__)
+    if number[words] >= 2:
+        return words
     shown = (truth.kind == SEEN) | (truth.kind == CROWN)
     return STRICT if np.sum(~given & shown) > 2 * np.sum(wrong) else OTHERWISE
 
 
-def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Found) -> tuple[Figure, str]:
     """Draw all points in both photos: right, wrong, missing, rightly left out."""
-    found = _pixels(result)
-    given, right, hidden = _given(found), truth.right_ones(found), truth.kind == HIDDEN
+    (pixels, given), hidden = found, truth.kind == HIDDEN
+    right = truth.right_ones(pixels)
     groups = (
         ("right", right, "o", plot.SKY),
         ("wrong", given & ~right, "X", plot.RED),
         ("missing", ~given & ~hidden, "s", plot.ORANGE),
         ("hidden, left out", ~given & hidden, "D", plot.GREEN),
     )
+    labels = [f"{np.sum(chosen)} {name}" for name, chosen, *_ in groups]
     fig, axes = plt.subplots(1, 2, figsize=(10, 4.4))
     photos = (truth.left, truth.points, "left"), (truth.right, truth.there, "right")
     for ax, (photo, at, name) in zip(axes, photos):
         ax.imshow(photo // 24, interpolation="nearest")  # a small file
-        for label, chosen, mark, colour in groups:
+        for _, chosen, mark, colour in groups:
             look: Look = {"color": colour, "ls": "none", "ms": 9, "mec": "black"}
-            ax.plot(*at[chosen].T, mark, label=f"{np.sum(chosen)} {label}", **look)
+            ax.plot(*at[chosen].T, mark, **look)
         ax.set(title=name, xticks=[], yticks=[])
-    fig.legend(
-        *axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4
-    )
-    counts = ", ".join(f"{np.sum(chosen)} {label}" for label, chosen, *_ in groups)
+    fig.legend(axes[0].lines, labels, loc="outside lower center", ncols=4)
     return fig, (
-        f"Both photos with the thirty points at their true places: {counts}. Rows of"
-        " small trees look alike; hidden points lie to the left of high crowns."
+        f"Both photos with the thirty points at their true places: {', '.join(labels)}."
+        " Rows of small trees look alike; hidden points lie to the left of high crowns."
     )

@@ -255,7 +255,8 @@ def stop(function: Callable) -> None:
         along_with(good, both) if good or k in read else None
         for k, good in enumerate(holds)
     ]
-    report("stop", [(text, k, hint) for k, (text, *_, hint) in zip(counted, claims)])
+    told = [(text, good, hint) for good, (text, *_, hint) in zip(counted, claims)]
+    report("stop", told, "small steps end it, and no other")
 
 
 def _stops(function: Callable, trials: list[tuple[int, int, tuple]]) -> list[bool]:

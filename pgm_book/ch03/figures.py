@@ -254,7 +254,7 @@ def pull_in() -> None:
             label = f"{kind} texture, window {size}"
             ax.plot(off, 100 * share, line, color=colour, lw=3, label=label)
     ax.set(xlabel="distance of the start from the truth (px)", ylabel="converged (%)")
-    ax.set_title("lsm.match, with blurred windows where the first attempt fails")
+    ax.set_title("Matches of lsm.match")
     ax.set_ylim(bottom=0)
     ax.legend(loc="lower left", fontsize=14)
     plot.show(

@@ -26,6 +26,7 @@ WANTED = {
     "positions": (f"column and row of each in px, ({POINTS}, 2)", (POINTS, 2)),
     "covariances": (f"a covariance of each in px², ({POINTS}, 2, 2)", (POINTS, 2, 2)),
 }
+Pair = tuple[np.ndarray, np.ndarray]  # positions and covariances
 
 
 @dataclass(frozen=True)
@@ -97,12 +98,12 @@ def _points(left: np.ndarray, chance: np.random.RandomState) -> np.ndarray:
     return np.array(found)[order[:POINTS]]
 
 
-def judge(truth: Truth, result: object) -> list[Part]:
+def judge(truth: Truth, found: Pair) -> list[Part]:
     """Return how far the worst position is off, and whether the covariances are true.
 
     The errors by their covariances have a chi-square of 160 on average.
     """
-    positions, covariances = _parts(result)
+    positions, covariances = found
     e = positions - truth.there
     ratio = np.sum(e * np.linalg.solve(covariances, e[..., None])[..., 0]) / e.size
     return [
@@ -112,7 +113,7 @@ def judge(truth: Truth, result: object) -> list[Part]:
     ]
 
 
-def slips(truth: Truth) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def slips(truth: Truth) -> dict[str, Pair]:
     """Return what the likeliest wrong programs give."""
     p, sigma0, Q = _solved(truth)
     at, cofactors = p[:, [0, 3]], Q[:, ::3, ::3][:, :2, :2]
@@ -130,11 +131,11 @@ def slips(truth: Truth) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     }
 
 
-def hint(truth: Truth, result: object) -> str:
+def hint(truth: Truth, found: Pair, wrong: list[str]) -> str:
     """Return the hint to the slip that explains the result."""
-    positions, covariances = _parts(result)
+    positions, covariances = found
     off = positions - truth.there
-    lost = np.hypot(*off.T).max() > FARTHEST
+    lost = "the worst position" in wrong
     for words, (at, C) in slips(truth).items():
         near = np.abs(positions - at).max() < 0.05
         size = np.trace(C, axis1=1, axis2=2).mean()
@@ -150,9 +151,9 @@ def hint(truth: Truth, result: object) -> str:
     )
 
 
-def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Pair) -> tuple[Figure, str]:
     """Draw the errors by their covariances, and the circle that holds 95 % of such."""
-    positions, covariances = _parts(result)
+    positions, covariances = found
     e = positions - truth.there
     whitened = np.linalg.solve(np.linalg.cholesky(covariances), e[..., None])[..., 0]
     inside = np.sum(np.sum(whitened**2, axis=1) < stats.chi2.ppf(0.95, 2))
@@ -183,7 +184,7 @@ def _solved(truth: Truth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return p, sigmas[:, None, None], cofactors
 
 
-def _parts(result: object) -> tuple[np.ndarray, np.ndarray]:
+def read(result: object) -> Pair:
     """Return positions (80, 2) and covariances (80, 2, 2) of an answer."""
     if not isinstance(result, tuple | list | dict) or len(result) != len(WANTED):
         raise CheckFailed("the result must be a pair, (positions, covariances)")

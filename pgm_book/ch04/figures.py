@@ -62,6 +62,9 @@ def two_views(attitudes: np.ndarray, names: list[str]) -> None:
         space.fit(ax, [(-6, -6, 0), (6, 6, 10)], 1.35)
         below = fig.add_subplot(grid[1, column])
         _photo(below, exterior, _country())
+        for text in below.texts:  # not under the cross and the axes
+            if text.get_text() in {*"NESW"} and np.hypot(*text.get_position()) < 0.05:
+                text.set_position((-0.12, -0.1))
         said.append(f"{name}: {_north(exterior)}".replace("\n", " "))
     fig.text(0.5, 0.015, SCALE, ha="center", fontsize=16)
     alt = "Cameras 8 m above the meadow, and below them what they see. "

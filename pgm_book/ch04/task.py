@@ -1,14 +1,15 @@
 """The task of chapter 4: from a drone's yaw, pitch and roll to the book's angles."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
 from pgm_book.ch04 import figures
-from pgm_book.common.checks import near
-from pgm_book.task import Part, named, table
+from pgm_book.program.camera import derivatives
+from pgm_book.task import Answer, Part, likeliest, named, table
 from pgm_lab import frames, plot, rotation
 from pgm_lab.plot import space
 
@@ -20,12 +21,14 @@ WANTED = {
     "M": ("one M (3, 3) a photo", (PHOTOS, 3, 3)),
     "row": ("the row of the horizon in each photo", (PHOTOS,)),
 }
+read = partial(named, wanted=WANTED)
 
 
 @dataclass(frozen=True)
 class Truth:
-    """The drone at each photo, and how its camera is fixed to it; angles in radians."""
+    """The right answer, the drone, and how its camera is fixed to it; radians."""
 
+    answer: Answer
     drone: np.ndarray  # (6, 3): yaw, pitch, roll, with all digits
     written: np.ndarray  # the same, as the autopilot rounds it
     mount: np.ndarray  # (3, 3), from the drone to the camera
@@ -35,23 +38,14 @@ class Truth:
         """Rotation matrices (6, 3, 3) of the camera."""
         return self.mount @ _turned(drone) @ DOWN
 
-    def row(self, M: np.ndarray) -> np.ndarray:
-        """Rows where the horizon crosses the middle column: (0, y, -c) is level."""
-        return _rows(self.c * M[:, 2, 2] / M[:, 1, 2])
-
-    def answer(self, M: np.ndarray) -> dict[str, np.ndarray]:
-        """Return all that is asked, with these matrices."""
-        return {"angles": np.degrees(rotation.angles(M)), "M": M, "row": self.row(M)}
-
-    @property
+    @cached_property
     def sd(self) -> np.ndarray:
         """Standard deviations (6,) of the rows in pixels, from the rounded angles."""
-        steps = 1e-6 * np.eye(3)
-        there, back = (
-            np.array([self.row(self.M(self.drone + sign * step)) for step in steps])
-            for sign in (1, -1)
-        )
-        return SD * np.linalg.norm((there - back) / 2e-6, axis=0)
+
+        def rows(drone: np.ndarray) -> np.ndarray:
+            return _row(self.c, self.M(drone.reshape(-1, 3)))
+
+        return SD * np.linalg.norm(derivatives(rows, self.drone.ravel()), axis=1)
 
 
 def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
@@ -72,76 +66,74 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     axes = table("forward,right,down", "{:.9f},{:.9f},{:.9f}", mount + 0.0)
     camera = table("c_mm,columns,rows,pixel_mm", "{:.2f},{},{},{}", [(c, *SIZE, PIXEL)])
     files = {"attitude.csv": flight, "mount.csv": axes, "camera.csv": camera}
-    return files, Truth(np.radians(drone), np.radians(written), mount, c)
+    truth = Truth({}, np.radians(drone), np.radians(written), mount, c)
+    return files, replace(truth, answer=_asked(c, truth.M(truth.drone)))
 
 
-def judge(truth: Truth, result: object) -> list[Part]:
+def judge(truth: Truth, found: Answer) -> list[Part]:
     """Return how far angles, matrices and rows are off in the worst photo."""
-    found, M = named(result, WANTED), truth.M(truth.drone)
+    right = truth.answer
+    built, M = (rotation.matrix(*np.radians(one["angles"]).T) for one in (found, right))
     # Two matrices a small angle apart differ by the root of 2 times it, and the three
     # roundings together turn by the root of 3 times one
-    built = rotation.matrix(*np.radians(found["angles"]).T)
     off = [
-        np.linalg.norm(one - M, axis=(1, 2)) / (np.sqrt(6) * SD)
-        for one in (built, found["M"])
+        np.linalg.norm(one, axis=(1, 2)) / (np.sqrt(6) * SD)
+        for one in (built - M, found["M"] - right["M"])
     ]
-    off.append(np.abs(found["row"] - truth.row(M)) / truth.sd)
+    off.append(np.abs(found["row"] - right["row"]) / truth.sd)
     return [Part(name, float(np.max(one))) for name, one in zip(WANTED, off)]
 
 
-def slips(truth: Truth) -> dict[str, dict]:
+def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
-    drone, mount = truth.written, truth.mount
-    right = truth.M(drone)
-    other = {
+    drone, mount, asked = truth.written, truth.mount, partial(_asked, truth.c)
+    angles, M, row = asked(truth.M(drone)).values()
+    return {
         "Yaw, pitch and roll count from north, east and down, M from east, north"
-        " and up. One more matrix stands between the two.": mount @ _turned(drone),
+        " and up. One more matrix stands between the two.": (
+            asked(mount @ _turned(drone))
+        ),
         "Yaw turns from north to east, about an axis that points down.": (
-            truth.M(drone * (-1, 1, 1))
+            asked(truth.M(drone * (-1, 1, 1)))
         ),
         "The order: the drone makes yaw first, and the turn made first stands on the"
-        " right.": mount @ _turned(drone, "first on the left") @ DOWN,
-        "The file is in degrees; sine and cosine take radians.": (
-            truth.M(np.degrees(drone))
-        ),
+        " right.": asked(mount @ _turned(drone, "first on the left") @ DOWN),
+        "`flight` is in radians already.": asked(truth.M(np.radians(drone))),
         "The rows of mount.csv are new axes in the old frame: from where to where does"
-        " such a matrix lead?": mount.T @ _turned(drone) @ DOWN,
+        " such a matrix lead?": asked(mount.T @ _turned(drone) @ DOWN),
         "mount.csv leads on from the drone to the camera, and is still missing.": (
-            _turned(drone) @ DOWN
+            asked(_turned(drone) @ DOWN)
         ),
-        "The direction: M leads from object space to the image.": right.swapaxes(1, 2),
-    }
-    answers = {words: truth.answer(M) for words, M in other.items()}
-    good = truth.answer(right)
-    wrong_rows = {
-        "Rows are counted downwards, and y points up.": SIZE[1] - 1 - good["row"],
-        "Row 0 is the middle of the first pixel: half a pixel.": good["row"] + 0.5,
-        "Rows are counted from 0.": good["row"] + 1,
+        "The direction: M leads from object space to the image.": (
+            asked(M.swapaxes(1, 2))
+        ),
+        "The angles are wanted in degrees.": {"angles": np.radians(angles)},
+        "The order of the angles is omega, phi, kappa.": {"angles": angles[:, ::-1]},
+        "Rows are counted downwards, and y points up.": {"row": SIZE[1] - 1 - row},
+        "Row 0 is the middle of the first pixel: half a pixel.": {"row": row + 0.5},
+        "Rows are counted from 0.": {"row": row + 1},
+        "The transpose of M leads a ray of the photo into object space.": {
+            "row": _at(truth.c * M[:, 2, 2] / M[:, 2, 1])
+        },
         "The camera is rotated about its line of sight, too, so that the horizon is not"
-        " level in the photo.": _rows(truth.c * np.tan(np.arcsin(right[:, 2, 2]))),
+        " level in the photo.": {"row": _at(truth.c * np.tan(np.arcsin(M[:, 2, 2])))},
     }
-    wrong_angles = {
-        "The angles are wanted in degrees.": np.radians(good["angles"]),
-        "The order of the angles is omega, phi, kappa.": good["angles"][:, ::-1],
-    }
-    answers |= {words: good | {"angles": a} for words, a in wrong_angles.items()}
-    return answers | {words: good | {"row": r} for words, r in wrong_rows.items()}
 
 
-def hint(truth: Truth, result: object) -> str:
+def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
     """Return the hint to the slip that explains the first wrong part."""
-    found = named(result, WANTED)
-    part = next(one.name for one in judge(truth, result) if not one.holds)
-    for words, wrong in slips(truth).items():
-        if near(found[part], wrong[part], 1e-4):
-            return words
-    right, asked = truth.answer(truth.M(truth.written))[part], found[part]
+    part, M_holds = wrong[0], "M" not in wrong
+    known = slips(truth).items()
+    blameless = {words: one for words, one in known if not (M_holds and "M" in one)}
+    if slip := likeliest(judge, truth, found, [part], blameless):
+        return slip
+    asked, right = found[part], _asked(truth.c, truth.M(truth.written))[part]
     if np.allclose(asked, right, rtol=0, atol=0.6) and part != "M":
         return "That is right but for its last digits: was something rounded?"
     if part == "angles" and np.allclose((asked - right + 1) % 180, 1, rtol=0):
-        return (
-            "An angle is half a turn off: a quotient has lost the signs of its parts."
-        )
+        return "An angle is half a turn off: a quotient loses the signs of its parts."
+    if part == "angles" and M_holds:
+        return "M is right; the angles read from it are not: signs, or the quadrant?"
     return {
         "M": "The angles are right; M is what you read them from.",
         "angles": "Write M as a product, and test each factor by the vectors that it"
@@ -150,9 +142,8 @@ def hint(truth: Truth, result: object) -> str:
     }[part]
 
 
-def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     """Draw three of the photos as your angles take them, and the horizon you found."""
-    found, true = named(result, WANTED), truth.row(truth.M(truth.drone))
     fig, axes = plt.subplots(1, 3, figsize=(10, 3.3), layout="constrained")
     form = SIZE[0] * PIXEL / truth.c, SIZE[1] * PIXEL / truth.c
     for k, ax in enumerate(axes):
@@ -166,7 +157,9 @@ def picture(truth: Truth, result: object) -> tuple[Figure, str]:
         ax.axvline(0, color="0.4", lw=1, ls="--")
         ax.plot(0, y, "o", ms=11, mfc="none", mec=plot.RED, mew=2.5)
         said = f"photo {k + 1}: row {found['row'][k]:.1f}"
-        ax.set_title(f"{said}\n(true: {true[k]:.1f})", loc="center", fontsize=15)
+        ax.set_title(
+            f"{said}\n(true: {truth.answer['row'][k]:.1f})", loc="center", fontsize=15
+        )
     return fig, (
         "Three photos of a wide plain as cameras with your angles see it: sky above a"
         " slanting horizon. In each a red circle marks your row on the dashed middle"
@@ -184,7 +177,16 @@ def _turned(drone: np.ndarray, order: str = "") -> np.ndarray:
     return roll @ pitch @ yaw
 
 
-def _rows(y: np.ndarray) -> np.ndarray:
+def _asked(c: float, M: np.ndarray) -> Answer:
+    """Return all that is asked, with these matrices (6, 3, 3)."""
+    return {"angles": np.degrees(rotation.angles(M)), "M": M, "row": _row(c, M)}
+
+
+def _row(c: float, M: np.ndarray) -> np.ndarray:
+    """Rows where the horizon crosses the middle column: (0, y, -c) is level."""
+    return _at(c * M[:, 2, 2] / M[:, 1, 2])
+
+
+def _at(y: np.ndarray) -> np.ndarray:
     """Rows of points (0, y) of a photo."""
-    photo = np.column_stack([0 * y, y])
-    return frames.photo_to_pixel(photo, SIZE, PIXEL)[:, 1]
+    return frames.photo_to_pixel(np.column_stack([0 * y, y]), SIZE, PIXEL)[:, 1]

@@ -327,8 +327,11 @@ def vertical_precision(base: float) -> tuple[float, float]:
 
 def beside_rays(
     points: np.ndarray, exteriors: np.ndarray, photos: np.ndarray, c: float
-) -> tuple[int, float]:
-    """How many points (n, 3) lie before both cameras, and how far one is from a ray."""
+) -> tuple[int, np.ndarray]:
+    """How many points lie before both cameras, and how far apart their rays are (n,).
+
+    The points (n, 3) are the nearest ones to both of their rays.
+    """
     before, off = [], []
     for exterior, xy in zip(exteriors, photos):
         rays = np.insert(xy, 2, -c, axis=1) @ rotation.matrix(*exterior[3:])
@@ -337,4 +340,4 @@ def beside_rays(
         along = np.sum(way * rays, axis=1, keepdims=True)
         before.append(along[:, 0] > 0)
         off.append(np.linalg.norm(way - along * rays, axis=1))
-    return int(np.all(before, axis=0).sum()), float(np.max(off))
+    return int(np.all(before, axis=0).sum()), np.sum(off, axis=0)

@@ -1,7 +1,7 @@
 """The task of chapter 5: two photos, a scale bar, and a length with its sd."""
 
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -9,19 +9,19 @@ from matplotlib.figure import Figure
 
 from pgm_book.program import camera as collinearity
 from pgm_book.program import orientation as lines
-from pgm_book.task import Part, likeliest, named, table
+from pgm_book.task import Answer, Part, likeliest, named, table
 from pgm_lab import plot, rotation
 
 SIGMA = 0.002  # mm, of an image coordinate
 NAMES = ["A", "B", "P", "Q", *map(str, range(1, 13))]  # A to B is the bar
 LEFT = np.zeros(6)
-LIKE = {"exterior": 1e-3, "distance": 0.01, "sd": 0.05}  # two answers of one slip
 WANTED = {
     "exterior": ("X0, Y0, Z0, omega, phi, kappa of the right photo", (6,)),
     "distance": ("one number: from P to Q in metres", ()),
     "sd": ("one number: the standard deviation of the distance, in metres", ()),
 }
-OTHER_UNIT = "X0 of the right photo is 1: it is the unit of the whole base."
+read = partial(named, wanted=WANTED)
+OTHER_UNIT = "X0 of the right photo is 1: it is the unit of the whole model."
 SD_ALLOWED = 10.0  # per cent: boxes are not weighted, which changes it by up to 3
 
 
@@ -29,36 +29,14 @@ SD_ALLOWED = 10.0  # per cent: boxes are not weighted, which changes it by up to
 class Truth:
     """The right photo in the frame of the left, the points, and what was measured."""
 
-    exterior: np.ndarray  # (6,), its X0 is 1
+    answer: Answer
+    Q: np.ndarray  # covariance (5, 5) of the right photo, whose X0 is 1
+    sd: float  # of the distance, m
+    sd_known: float  # the same as if the right photo were free of error
     model: np.ndarray  # (16, 3), in units of X0
     bar: float  # m
     c: float  # mm
     image: np.ndarray  # (2, 16, 2) in mm, left and right
-
-    @property
-    def distance(self) -> float:
-        """From P to Q in metres."""
-        return _length(self.model, self.bar)
-
-    def precision(self, known: bool = False) -> tuple:
-        """Covariance (5, 5) of the right photo, and the sd of the distance in metres.
-
-        Both are those of an ideal adjustment; or as if the right photo were `known`.
-        """
-        at = np.concatenate([self.exterior[1:], self.model.ravel()])
-        first = 5 if known else 0
-
-        def both(x: np.ndarray) -> np.ndarray:
-            photos, points = (LEFT, np.insert(x[:5], 0, 1)), x[5:].reshape(-1, 3)
-            return np.array([collinearity.project(e, points, self.c) for e in photos])
-
-        def length(x: np.ndarray) -> np.ndarray:
-            return np.array(_length(x[5:].reshape(-1, 3), self.bar))
-
-        A = collinearity.derivatives(both, at)[:, first:]
-        Q = SIGMA**2 * np.linalg.inv(A.T @ A)
-        J = collinearity.derivatives(length, at)[0, first:]
-        return Q[:5, :5], float(np.sqrt(J @ Q @ J))
 
 
 def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
@@ -83,78 +61,74 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     head = "point,x_left,y_left,x_right,y_right"
     points_csv = table(head, "{}" + 4 * ",{:.4f}", rows)
     scale = np.array([base[0]] * 3 + [1] * 3)
-    truth = Truth(exterior / scale, points / base[0], bar, c, image)
-    weak = truth.precision(known=True)[1] > 0.8 * truth.precision()[1]
-    lost = np.abs(_solved(truth)["exterior"] - exterior / scale).max() > 0.1
-    if weak or lost:  # it hardly matters that the right photo has errors, or is lost
+    exterior, model = exterior / scale, points / base[0]
+    (Q, sd), known = (_precision(exterior, model, bar, c, k) for k in (0, 5))
+    lost = np.abs(lines.relative(image[0], image[1], c) - exterior).max() > 0.1
+    if known[1] > 0.8 * sd or lost:  # it hardly matters that the right photo has errors
         return make(chance)
+    answer = dict(zip(WANTED, (exterior, _length(model, bar), sd)))
+    truth = Truth(answer, Q, sd, known[1], model, bar, c, image)
     camera_csv = table("c_mm,bar_m", "{:.2f},{:.3f}", [(c, bar)])
     return {"points.csv": points_csv, "camera.csv": camera_csv}, truth
 
 
-def judge(truth: Truth, result: object) -> list[Part]:
+def judge(truth: Truth, found: Answer) -> list[Part]:
     """Return how far the five numbers, the distance and its sd are off."""
-    found = named(result, WANTED)
-    Q, sd = truth.precision()
-    X0, *five = found["exterior"] - truth.exterior
+    right = truth.answer
+    X0, *five = found["exterior"] - right["exterior"]
     return [
         Part("X0", float(abs(X0) > 1e-6), 0.0),
-        Part("exterior", float(np.sqrt(five @ np.linalg.solve(Q, five) / 5))),
-        Part("distance", abs(found["distance"] - truth.distance) / sd),
-        Part("sd", 100 * abs(found["sd"] / sd - 1), SD_ALLOWED, "per cent off"),
+        Part("exterior", float(np.sqrt(five @ np.linalg.solve(truth.Q, five) / 5))),
+        Part("distance", abs(found["distance"] - right["distance"]) / truth.sd),
+        Part(
+            "sd", 100 * abs(found["sd"] / right["sd"] - 1), SD_ALLOWED, "per cent off"
+        ),
     ]
 
 
-def slips(truth: Truth) -> dict[str, dict]:
+def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
-    good = _solved(truth)
-    e, distance, sd = good.values()
-    A, B = _model(truth, e)[:2]  # as measured
-    unit = truth.bar / np.linalg.norm(B - A)  # metres
-    wrong = {
+    (left, right), bar, sd = truth.image, truth.bar, truth.sd
+    e = lines.relative(left, right, truth.c)
+    model = _model(truth, e)
+    distance, unit = _length(model, bar), bar / np.linalg.norm(model[1] - model[0])
+    return {
         OTHER_UNIT: {"exterior": np.append(unit * e[:3], e[3:])},
         "The angles are wanted in radians.": {
             "exterior": np.append(e[:3], np.degrees(e[3:]))
         },
         "Left and right are exchanged: the left photo stands at the origin.": {
-            "exterior": lines.relative(truth.image[1], truth.image[0], truth.c)
+            "exterior": lines.relative(right, left, truth.c)
         },
         "This is the length in the model, whose unit is X0 of the right photo: the bar"
         " gives the scale.": {"distance": distance / unit},
         "The scale is upside down.": {"distance": distance / unit**2},
-        "The bar is not one metre long.": {"distance": distance / truth.bar},
-        "That is the bar, from A to B.": {"distance": truth.bar},
+        "The bar is not one metre long.": {"distance": distance / bar},
+        "That is the bar, from A to B.": {"distance": bar},
         "Millimetres? The standard deviation is wanted in metres.": {"sd": 1000 * sd},
         "The right photo is not free of error: move an image coordinate, and its five"
-        " numbers move, too.": {"sd": truth.precision(known=True)[1]},
+        " numbers move, too.": {"sd": truth.sd_known},
         "An image coordinate is off by 0.002 mm, not by 1 mm.": {"sd": sd / SIGMA},
     }
-    return {words: good | part for words, part in wrong.items()}
 
 
-def hint(truth: Truth, result: object) -> str:
+def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
     """Return the hint to the slip that explains the first wrong part."""
-    found, good = named(result, WANTED), _solved(truth)
-    part = next(one.name for one in judge(truth, result) if not one.holds)
-
-    def same(key: str, one: np.ndarray, other: np.ndarray) -> bool:
-        return bool(np.linalg.norm(one - other) < LIKE[key] * np.linalg.norm(other))
-
     general = {
         "X0": OTHER_UNIT,
         "exterior": "Are the boxes flat for what you found? Print all volumes: they"
         " fall by orders of magnitude from step to step, or a sign is wrong.",
         "distance": "The exterior is right. Do the rays meet in front of both photos?",
-        "sd": "The distance is right. It is a function of all 64 image coordinates:"
-        " what does each contribute, and how do independent errors add up? (A"
-        " simulation needs a thousand runs.)",
+        "sd": "The distance is right. It is a function of all 64 image coordinates: the"
+        " right photo, the points and the scale move with each. How do independent"
+        " errors add up? (A simulation needs a thousand runs.)",
     }
-    return likeliest(slips(truth), good, found, [part], same) or general[part]
+    known = likeliest(judge, truth, found, wrong[:1], slips(truth))
+    return known or general[wrong[0]]
 
 
-def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     """Draw the points as your photos see them beside the true ones, in two views."""
-    found = named(result, WANTED)
     yours, true = (
         model * truth.bar / np.linalg.norm(model[1] - model[0])
         for model in (_model(truth, found["exterior"]), truth.model)
@@ -171,7 +145,7 @@ def picture(truth: Truth, result: object) -> tuple[Figure, str]:
         ax.set(xlabel="X in m", ylabel=f"{'XYZ'[down[1]]} in m", title=view)
         ax.set_aspect("equal", adjustable="datalim")
     said = f"P to Q: {found['distance']:.3f} m ± {1000 * found['sd']:.0f} mm"
-    fig.suptitle(f"{said} (true: {truth.distance:.3f} m)")
+    fig.suptitle(f"{said} (true: {truth.answer['distance']:.3f} m)")
     return fig, (
         "Sixteen points of a house in metres, from the front and from above: a black"
         " square where each is and a blue point, within it, where your rays meet. A"
@@ -179,11 +153,26 @@ def picture(truth: Truth, result: object) -> tuple[Figure, str]:
     )
 
 
-def _solved(truth: Truth) -> dict[str, Any]:
-    """Return the answer to the data, with the sd of an ideal adjustment."""
-    exterior = lines.relative(truth.image[0], truth.image[1], truth.c)
-    distance = _length(_model(truth, exterior), truth.bar)
-    return {"exterior": exterior, "distance": distance, "sd": truth.precision()[1]}
+def _precision(
+    exterior: np.ndarray, model: np.ndarray, bar: float, c: float, first: int
+) -> tuple[np.ndarray, float]:
+    """Covariance (5, 5) of the right photo, and the sd of the distance in metres.
+
+    Both are those of an ideal adjustment; from `first` 5 on the right photo is known.
+    """
+    at = np.concatenate([exterior[1:], model.ravel()])
+
+    def both(x: np.ndarray) -> np.ndarray:
+        photos, points = (LEFT, np.insert(x[:5], 0, 1)), x[5:].reshape(-1, 3)
+        return np.array([collinearity.project(e, points, c) for e in photos])
+
+    def length(x: np.ndarray) -> np.ndarray:
+        return np.array(_length(x[5:].reshape(-1, 3), bar))
+
+    A = collinearity.derivatives(both, at)[:, first:]
+    Q = SIGMA**2 * np.linalg.inv(A.T @ A)
+    J = collinearity.derivatives(length, at)[0, first:]
+    return Q[:5, :5], float(np.sqrt(J @ Q @ J))
 
 
 def _model(truth: Truth, exterior: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from pgm_book.common.checks import CheckFailed
 from pgm_book.program.bundle import adjust, without_lens
 from pgm_book.program.camera import derivatives, project
-from pgm_book.task import Part, likeliest, named, table
+from pgm_book.task import Answer, Part, likeliest, named, table
 from pgm_lab import plot, rotation
 
 NAMES = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2")
@@ -64,10 +64,10 @@ class Truth:
         camera, sd = self.adjusted(np.arange(len(self.xy)))
         return camera[0], sd[0]
 
-    @property
-    def answer(self) -> dict[str, Any]:
-        """What the best adjustment gives, by the names of what is asked for."""
-        (c, *_), (sd, *_) = self.best
+    @cached_property
+    def answer(self) -> Answer:
+        """The true c, what the best adjustment gives for its sd, ray and parameter."""
+        c, sd = self.camera[0], self.best[1][0]
         ray = int(self.photo[self.bad]) + 1, int(self.point[self.bad]) + 1
         return dict(zip(WANTED, (c, sd, ray, self.parameter)))
 
@@ -150,18 +150,18 @@ def _looking(angles: np.ndarray, away: np.ndarray) -> np.ndarray:
     return np.hstack([away[:, None] * axes, angles])
 
 
-def judge(truth: Truth, result: object) -> list[Part]:
+def judge(truth: Truth, found: Answer) -> list[Part]:
     """Return how far the camera is off, and whether ray and parameter are right."""
-    found, right = _answer(result), truth.answer
+    right, sds = truth.answer, truth.best[1]
     return [
-        Part("c", abs(found["c"] - truth.camera[0]) / right["sd"]),
+        Part("c", abs(found["c"] - right["c"]) / sds[0]),
         Part("sd", abs(found["sd"] / right["sd"] - 1) / CHANCE),
         Part("ray", float(found["ray"] != right["ray"]), 0),
         Part("parameter", float(found["parameter"] != right["parameter"]), 0),
     ]
 
 
-def _answer(result: object) -> dict[str, Any]:
+def read(result: object) -> Answer:
     """Return the ray in whole numbers and the parameter as in NAMES; or refuse them."""
     found = named(result, WANTED)
     written = str(found["parameter"]).translate(str.maketrans("₀₁₂₃", "0123", "_ "))
@@ -172,12 +172,10 @@ def _answer(result: object) -> dict[str, Any]:
     return found | {"ray": (photo, point), "parameter": known[written.casefold()]}
 
 
-def slips(truth: Truth) -> dict[str, dict[str, Any]]:
+def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
-    right = truth.answer
-    c, sd, (photo, point), _ = right.values()
-    spoiled = dict(zip(WANTED, truth.spoiled))
-    changes: dict[str, dict[str, Any]] = {
+    c, sd, (photo, point), _ = truth.answer.values()
+    return {
         "The ray: the photo comes first, then the point.": {"ray": (point, photo)},
         "The ray: photo and point as the files number them, from 1.": {
             "ray": (photo - 1, point - 1)
@@ -186,31 +184,22 @@ def slips(truth: Truth) -> dict[str, dict[str, Any]]:
         "The diagonal of C holds variances.": {"sd": sd**2},
         "Both c and its standard deviation are wanted in mm.": {"sd": 1000 * sd},
         "This still contains the blunder: leave that ray out, and adjust once more.": (
-            spoiled
+            dict(zip(WANTED, truth.spoiled))
         ),
         OTHER_C: {"c": c + 10 * sd},
         PARAMETER: {"parameter": NAMES[np.argmax(truth.best[1])]},
     }
-    return {words: right | change for words, change in changes.items()}
 
 
-def hint(truth: Truth, result: object) -> str:
+def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
     """Return the hint to the slip that explains what is wrong; first of all the ray."""
-    found, right = _answer(result), truth.answer
-    wrong = [part.name for part in judge(truth, result) if not part.holds]
     first = ["ray"] if "ray" in wrong else wrong
-
-    def same(name: str, one: Any, other: Any) -> bool:
-        if name == "c":
-            return bool(abs(one - other) < 3 * right["sd"])
-        return bool(abs(one / other - 1) < 0.1) if name == "sd" else one == other
-
-    return likeliest(slips(truth), right, found, first, same) or ELSE[first[0]]
+    return likeliest(judge, truth, found, first, slips(truth)) or ELSE[first[0]]
 
 
-def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     """Draw c beside the truth, and say what the parameter leaves open."""
-    c, sd, ray, name = _answer(result).values()
+    c, sd, ray, name = found.values()
     fig, ax = plt.subplots(figsize=(7, 4), layout="constrained")
     ax.axvline(truth.camera[0], color=plot.BLACK, lw=3, label="truth")
     for y, (value, spread) in enumerate(((c, sd), truth.spoiled)):

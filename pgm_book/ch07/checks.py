@@ -256,7 +256,7 @@ def _at_the_border(
         hint = "it stops where the peak lies on the border of the search"
         return [(claim, False, hint)]
     good = np.array_equal(mixed, left[points[:, 0]])
-    hint = "after a chip on the border, the chips that follow must still be measured"
+    hint = "one row for each point, NaN included: go on after a chip on the border"
     return [(claim, good, hint)]
 
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from pgm_book.common.checks import CheckFailed
 from pgm_book.common.figures import outline
 from pgm_book.program.registration import correlation
-from pgm_book.task import Part, grey, likeliest, named, table
+from pgm_book.task import Answer, Part, grey, likeliest, named, table
 from pgm_lab import datasets, plot, registration
 from pgm_lab.image import cut
 from pgm_lab.plot.basic import Look
@@ -52,7 +52,7 @@ CHANGED = (
 class Truth:
     """How the sensed image lies, what changed, and which points can be measured."""
 
-    answer: dict[str, float]
+    answer: Answer
     corner: np.ndarray  # px, the shift of pixel (0, 0)
     points: np.ndarray  # (n, 2), those that can be measured
     shifts: np.ndarray  # (n, 2), px, of these points
@@ -60,9 +60,7 @@ class Truth:
     fields: np.ndarray  # (8, 2): column, row of the centre of each
 
 
-def make(
-    chance: np.random.RandomState,
-) -> tuple[dict[str, str | np.ndarray], Truth]:
+def make(chance: np.random.RandomState) -> tuple[dict, Truth]:
     """Cut two images out of the Landsat scene; cloud and field are put into one."""
     shift = chance.choice([-1, 1], 2) * np.round(chance.uniform(1.2, 3, 2), 2)
     scale = 1 + chance.choice([-1, 1]) * np.round(chance.uniform(0.006, 0.011), 4)
@@ -143,14 +141,14 @@ def _rms(shifts: np.ndarray) -> float:
     return np.sqrt(np.mean(np.sum(shifts**2, axis=1)))
 
 
-def judge(truth: Truth, result: object) -> list[Part]:
+def judge(truth: Truth, found: Answer) -> list[Part]:
     """Return how far each value is off, and whether the field is right."""
-    found, right = _answer(result), truth.answer
+    right = truth.answer
     parts = [Part(name, abs(found[name] - right[name]) / SD[name]) for name in SD]
     return [*parts, Part("field", float(found["field"] != right["field"]), 0)]
 
 
-def _answer(result: object) -> dict[str, float]:
+def read(result: object) -> Answer:
     """Return the numbers by name; or say what is wanted."""
     found = named(result, WANTED)
     if found["field"] not in range(FIELDS):
@@ -158,11 +156,10 @@ def _answer(result: object) -> dict[str, float]:
     return found
 
 
-def slips(truth: Truth) -> dict[str, dict[str, float]]:
+def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
-    right = truth.answer
-    dx, dy, scale, turn, rmse, ce90, field = right.values()
-    changes: dict[str, dict[str, float]] = {
+    dx, dy, scale, turn, rmse, ce90, field = truth.answer.values()
+    return {
         "dx, dy: a shift is sensed minus reference.": {"dx": -dx, "dy": -dy},
         "dx is along the columns, dy along the rows.": {"dx": dy, "dy": dx},
         "dx, dy: at the centre of the image, not at pixel (0, 0).": dict(
@@ -186,21 +183,14 @@ def slips(truth: Truth) -> dict[str, dict[str, float]]:
         FACTOR: {"ce90": 1.5175 * rmse},
         CHANGED: {"field": (field + 1) % FIELDS},
     }
-    return {words: right | change for words, change in changes.items()}
 
 
-def hint(truth: Truth, result: object) -> str:
+def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
     """Return the hint to the slip that explains a wrong value, or to the first one."""
-    found, right = _answer(result), truth.answer
-    wrong = [part.name for part in judge(truth, result) if not part.holds]
-
-    def same(name: str, one: float, other: float) -> bool:
-        return abs(one - other) <= 3 * SD.get(name, 0)
-
-    if words := likeliest(slips(truth), right, found, wrong, same):
+    if words := likeliest(judge, truth, found, wrong, slips(truth)):
         return words
     if "rmse" in wrong:
-        return BLUNDERS if found["rmse"] > right["rmse"] else LEFT_OUT
+        return BLUNDERS if found["rmse"] > truth.answer["rmse"] else LEFT_OUT
     for name, words in (("ce90", FACTOR), ("field", CHANGED)):
         if wrong[0] == name:
             return words
@@ -210,9 +200,9 @@ def hint(truth: Truth, result: object) -> str:
     )
 
 
-def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     """Draw the reference with its fields, and the true shifts of its points."""
-    field = int(_answer(result)["field"])
+    field = int(found["field"])
     fig, ax = plt.subplots(figsize=(6.5, 6.5), layout="constrained")
     ax.imshow(truth.reference // 16, cmap="gray", interpolation="nearest")
     for number, (x, y) in enumerate(truth.fields):

@@ -309,7 +309,7 @@ def normal_case(function: Callable[..., object]) -> None:
     """
     M = matrix(*shaken(88, (0.08, -0.05, 0.3)))
     N = matrix(*shaken(89, (0.03, 0.04, 0.05)))
-    size, (c, pixel) = (80, 60), shaken(90, (8.0, 0.06), 0.03)
+    size, (c, pixel) = (80, 60), shaken(90, (9.0, 0.06), 0.03)
     pixels = np.stack(np.meshgrid(*map(np.arange, size)), -1)
     xy = frames.pixel_to_photo(pixels, size, pixel)
 
@@ -330,25 +330,45 @@ def normal_case(function: Callable[..., object]) -> None:
             f"normal_case must return an image of shape {size[::-1]} here, as large as"
             f" the photo; got {found.shape}"
         )
+
+    def rays(size: tuple[int, int], c: float = c, pixel: float = pixel) -> np.ndarray:
+        """Rays of all pixels, row by row, in the frame of the photo."""
+        pixels = np.stack(np.meshgrid(*map(np.arange, size)), -1).reshape(-1, 2)
+        xy = frames.pixel_to_photo(pixels, size, pixel)
+        return M @ N.T @ np.insert(xy, 2, -c, 1).T
+
+    def to(
+        x: np.ndarray,
+        y: np.ndarray,
+        size: tuple[int, int] = size,
+        pixel: float = pixel,
+    ) -> np.ndarray:
+        """Pixels of photo coordinates, in the shape of the image."""
+        there = frames.photo_to_pixel(np.column_stack([x, y]), size, pixel)
+        return there.reshape(*found.shape, 2)
+
+    U, V, W = rays(size)
+    place = to(-c * U / W, -c * V / W)
     # Where the photo has grey values around the pixel
-    U, V, W = np.moveaxis(
-        np.concatenate([xy, 0 * xy[..., :1] - c], -1) @ N @ M.T, -1, 0
-    )
-    place = frames.photo_to_pixel(np.stack([-c * U / W, -c * V / W], -1), size, pixel)
     inside = np.all((place > 2) & (place < np.subtract(size, 3)), axis=-1)
 
     def taken(pixels: np.ndarray) -> np.ndarray:
-        """Grey values that the photo has at these pixels."""
+        """Grey values that the photo has at these pixels, NaN outside."""
         there = frames.pixel_to_photo(pixels, size, pixel)
-        return seen(M, *np.moveaxis(there, -1, 0))
+        outside = np.any((pixels < 1) | (pixels > np.subtract(size, 2)), axis=-1)
+        return np.where(outside, np.nan, seen(M, *np.moveaxis(there, -1, 0)))
 
     def typical(image: np.ndarray) -> float:
-        """How far most grey values are from an image's."""
-        off = np.abs(found - image)[inside]
+        """How far most grey values are from those that an image has."""
+        off = np.abs(found - image)[inside & np.isfinite(image)]
         return float(np.median(np.nan_to_num(off, nan=1e6)))
 
     S = np.diag([1, -1, 1])
     right = seen(N, x, y)
+    turned = size[::-1]  # image.shape
+    u, v, w = rays(turned)
+    shape = "image.shape is (rows, columns), and rays takes (columns, rows): [::-1]"
+    fixed = "that is for 8 and 0.02 mm: take c and pixel_size, the arguments"
     slips = [
         (arguments[0], "the image is still the photo"),
         (seen(N.T, x, y), "N rotates into the normal case; here rays come out of it"),
@@ -359,6 +379,11 @@ def normal_case(function: Callable[..., object]) -> None:
         (seen(N, x, -y), "y points up, and rows count downwards"),
         (seen(S @ N @ M.T @ S @ M, x, y), "y points up, and rows count downwards"),
         (taken(place[..., ::-1]), "rows and columns are exchanged"),
+        (taken(to(-c * U / W, c * V / W)), "y points up, and rows count downwards"),
+        (taken(to(c * U / W, c * V / W)), "the sign: x is −c U/W, and y is −c V/W"),
+        (taken(to(U, V)), "U and V are no photo coordinates yet: x is −c U/W"),
+        (taken(to(-c * u / w, -c * v / w)), shape),
+        (taken(to(-c * u / w, -c * v / w, turned)), shape),
         (taken(place + 0.5), "it is half a pixel off"),
         (taken(place - 0.5), "it is half a pixel off"),
         (
@@ -374,6 +399,9 @@ def normal_case(function: Callable[..., object]) -> None:
             "the grey values are rounded: an image may have values from 0 to 1",
         ),
     ]
+    for k, px in ((8, 0.02), (8, pixel), (c, 0.02)):  # of the task
+        a, b, depth = rays(size, k, px)
+        slips.append((taken(to(-k * a / depth, -k * b / depth, pixel=px)), fixed))
     near_by = [(typical(image), words) for image, words in slips]
     off, words = min(near_by)
     hint = "the grey values do not come from the rays' places in the photo"

@@ -487,17 +487,18 @@ def parallax_worth() -> None:
         ax.set(title=name, xlim=(-0.6, 5.6), ylim=(-1.6, H + 0.3), aspect="equal")
         ax.axis("off")
         tall.append(rise[0] - rise[1])
-        beside, across = X + 0.95, rise.mean()
+        beside = X + 0.95
         ends: Look = {**BOTH_ENDS, "arrowstyle": "|-|,widthA=0.25,widthB=0.25"}
-        ax.annotate("", (beside, rise[0]), (beside, rise[1]), arrowprops=ends)
-        ax.text(beside + 0.2, across, "height\nerror", fontsize=15, va="center")
+        ax.annotate("", (beside, rise[0]), (beside, 0), arrowprops=ends)
+        words = "a pixel of\nparallax"
+        ax.text(beside + 0.2, rise[0] / 2, words, fontsize=15, va="center")
         ax.annotate("", (X - e, 0), (X + e, 0), arrowprops=ends, zorder=4)
         ax.text(X - 0.95, 0, "GSD", fontsize=15, ha="right", va="center")
     plot.show(
         fig,
         "Two rays, each as wide as a pixel on the ground (the GSD), meet in a diamond;"
-        " its height is the error of the height. With half"
-        f" the base it is {tall[1] / tall[0]:.1f} times as high.",
+        " from its middle to its tip is what a pixel of parallax is worth. With half"
+        f" the base the diamond is {tall[1] / tall[0]:.1f} times as high.",
     )
 
 
@@ -561,8 +562,9 @@ def terrain(dsm: Surface, dtm: Terrain, land: Landscape) -> None:
     plot.show(
         fig,
         f"Two maps with contours every {CONTOURS} m. Those of the surface pile up at"
-        " houses and crowns; those of the terrain run smoothly. Its errors, in colours,"
-        f" are small in the fields and larger in the wood: RMSE {', '.join(said)}.",
+        " houses and at the wood; those of the terrain run smoothly. Its errors, in"
+        " colours, are small in the fields and larger in the wood: RMSE"
+        f" {', '.join(said)}.",
         colours=96,
     )
 

@@ -1,5 +1,6 @@
 """The task of chapter 8: a profile of heights from two photos as they were taken."""
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -12,7 +13,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from pgm_book.common.checks import CheckFailed
 from pgm_book.program.stereo import best_disparity
 from pgm_book.program.surface import WINDOW, normal_case
-from pgm_book.task import Part, grey, table
+from pgm_book.task import Answer, Part, grey, table
 from pgm_lab import datasets, plot
 from pgm_lab.camera import Camera, Photo
 from pgm_lab.rotation import angles, matrix
@@ -30,6 +31,7 @@ SPARE = 4  # heights that may be missing or lie beyond it: blunders of the match
 class Truth:
     """Two photos, the pixels of a profile, and what they show."""
 
+    answer: Answer  # heights (n,) and their standard deviations, m
     photos: list[Photo]
     N: np.ndarray
     base: float  # m
@@ -37,10 +39,6 @@ class Truth:
     disparity: np.ndarray  # (n,), px
     model: np.ndarray  # (n, 3), m, in the normal case, seen from the left station
     ground: np.ndarray  # (n, 3), m
-    sd: np.ndarray  # (n,), m, of the heights
-
-
-# --- What is given ---
 
 
 def make(chance: np.random.RandomState) -> tuple[dict, Truth]:
@@ -73,13 +71,14 @@ def make(chance: np.random.RandomState) -> tuple[dict, Truth]:
     model = (ground - stations[0]) @ N.T
     depth, base = -model[:, 2], float(np.linalg.norm(stations[1] - stations[0]))
     disparity, sd = C * base / (depth * PIXEL), depth**2 / base / C * PIXEL * SIGMA
+    answer = {"Z": ground[:, 2], "sd": sd}
     files = {"left.png": photos[0].grey, "right.png": photos[1].grey}
     head = "photo,X0_m,Y0_m,Z0_m,omega_rad,phi_rad,kappa_rad"
     rows = [(name, *photo.exterior) for name, photo in zip(files, photos)]
     return files | {
         "orientation.csv": table(head, "{}" + 3 * ",{:.3f}" + 3 * ",{:.6f}", rows),
         "profile.csv": table("column,row", "{},{}", pixels),
-    }, Truth(photos, N, base, pixels, disparity, model, ground, sd)
+    }, Truth(answer, photos, N, base, pixels, disparity, model, ground)
 
 
 @cache
@@ -133,14 +132,11 @@ def given(folder: Path) -> tuple:
     return images, orientation[:, :3], turns, normal_frame(*photos), profile.astype(int)
 
 
-# --- What is handed in ---
-
-
-def judge(truth: Truth, result: object) -> list[Part]:
+def judge(truth: Truth, found: Answer) -> list[Part]:
     """Count the heights that are wrong or missing, and compare their precision."""
-    Z, sd = _read(result)
-    wrong = np.sum(~(np.abs(Z - truth.ground[:, 2]) <= REACH * truth.sd))  # or NaN
-    factor = np.exp(np.abs(np.nanmedian(np.log(sd / truth.sd))))
+    Z, sd = truth.answer.values()
+    wrong = np.sum(~(np.abs(found["Z"] - Z) <= REACH * sd))  # or NaN
+    factor = np.exp(np.abs(np.nanmedian(np.log(found["sd"] / sd))))
     name = f"heights missing, or off by over {REACH:g} standard deviations"
     return [
         Part(name, wrong, SPARE, ""),
@@ -148,7 +144,7 @@ def judge(truth: Truth, result: object) -> list[Part]:
     ]
 
 
-def _read(result: object) -> tuple[np.ndarray, np.ndarray]:
+def read(result: object) -> Answer:
     """Return heights and standard deviations (n,), NaN where a height is missing."""
     wanted = f"{POINTS} rows of height and standard deviation (> 0), m, not all NaN"
     try:
@@ -158,20 +154,23 @@ def _read(result: object) -> tuple[np.ndarray, np.ndarray]:
     there = np.isfinite(Z)
     if Z.shape != (POINTS,) or not there.any() or not np.all(sd[there] > 0):
         raise CheckFailed(f"the result must be {wanted}")
-    return Z, np.where(there, sd, np.nan)
+    return {"Z": Z, "sd": np.where(there, sd, np.nan)}
 
 
-def slips(truth: Truth) -> dict[str, np.ndarray]:
+def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give: first wrong heights, then sd."""
     first, second = (photo.exterior for photo in truth.photos)
     M = [matrix(*first[3:]), matrix(*second[3:])]
-    m, N, Z0, Z, sd = truth.model, truth.N, first[2], truth.ground[:, 2], truth.sd
+    m, N, Z0, (Z, sd) = truth.model, truth.N, first[2], truth.answer.values()
 
     def searched(turns: list, N: np.ndarray, order: int = 1) -> np.ndarray:
         """Heights from images whose rows show different things."""
         photos = zip(truth.photos, turns)
-        pair = [normal_case(p.grey * 1.0, M, N, C, PIXEL) for p, M in photos][::order]
-        d = [_disparity(pair, *pixel) for pixel in truth.pixels]
+        pair = [normal_case(p.grey * 1.0, M, N, C, PIXEL) for p, M in photos]
+        left, right, d = *pair[::order], np.full(POINTS, np.nan)
+        for k, (column, row) in enumerate(truth.pixels):
+            with suppress(ValueError):  # where one shows nothing
+                d[k], _ = best_disparity(left, right, column, row, WINDOW, *SEARCH)
         return Z0 + (Z - Z0) * truth.disparity / d
 
     heights = {
@@ -196,32 +195,23 @@ def slips(truth: Truth) -> dict[str, np.ndarray]:
         "What does H/B do to the sd of a position?": -sd * truth.base / m[:, 2],
         "That is the sd for a whole pixel of parallax.": sd / SIGMA,
     }
-    both = [(words, wrong, sd) for words, wrong in heights.items()]
-    both += [(words, Z, wrong) for words, wrong in precisions.items()]
-    return {words: np.column_stack(answer) for words, *answer in both}
+    wrong = {words: {"Z": Z} for words, Z in heights.items()}
+    return wrong | {words: {"sd": sd} for words, sd in precisions.items()}
 
 
-def _disparity(pair: list[np.ndarray], column: int, row: int) -> float:
-    """Disparity of a pixel; NaN where the window shows nothing."""
-    try:
-        return best_disparity(pair[0], pair[1], column, row, WINDOW, *SEARCH)[0]
-    except ValueError:
-        return np.nan
-
-
-def hint(truth: Truth, result: object) -> str:
+def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
     """Return the hint to the slip that explains the heights or, if they hold, sd."""
-    (Z, sd), true = _read(result), truth.ground[:, 2]
-    hold = judge(truth, result)[0].holds
-    for words, wrong in slips(truth).items():
-        if np.array_equal(wrong[:, 0], true) == hold:
-            same = np.isclose(Z, wrong[:, 0], 0, REACH * truth.sd, equal_nan=True)
-            if np.mean(np.isclose(sd, wrong[:, 1], 0.1) if hold else same) > 0.75:
+    part = "Z" if wrong[0].startswith("heights") else "sd"
+    atol = REACH * truth.answer["sd"] if part == "Z" else 0.1 * found["sd"]
+    for words, slip in slips(truth).items():
+        if part in slip:
+            same = np.isclose(found[part], slip[part], 0, atol, equal_nan=True)
+            if np.mean(same) > 0.75:
                 return words
-    if hold:
+    if part == "sd":
         return "The heights hold. sd is H/B times GSD times 0.12 px, by each depth."
     Z0, (low, high) = truth.photos[0].exterior[2], SEARCH
-    d = truth.disparity * (true - Z0) / (Z - Z0)
+    d = truth.disparity * (truth.answer["Z"] - Z0) / (found["Z"] - Z0)
     if np.nanmedian(np.abs(d - (low + high) / 2)) > (high - low) / 2:
         return (
             f"Most heights belong to disparities that are not from {low} to {high} px:"
@@ -234,9 +224,9 @@ def hint(truth: Truth, result: object) -> str:
     )
 
 
-def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     """Draw the profile with its standard deviations on the land as it is."""
-    Z, sd = _read(result)
+    Z, sd = found.values()
     X, Y, land = truth.ground.T
     along = np.hypot(X - X[0], Y - Y[0])
     fig, ax = plt.subplots(figsize=(10, 4.5))
@@ -245,5 +235,5 @@ def picture(truth: Truth, result: object) -> tuple[Figure, str]:
     ax.set(xlabel="along the profile (m)", ylabel="height (m)")
     ax.set_ylim(land.min() - 1, land.max() + 1)
     ax.legend()
-    words = "heights, with bars of three standard deviations, and the land as a line"
-    return fig, f"A profile {along[-1]:.0f} m long: your {words}."
+    alt = f"A profile {along[-1]:.0f} m long: your heights with bars, and the land."
+    return fig, alt

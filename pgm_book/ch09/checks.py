@@ -147,6 +147,9 @@ def new_photo(function: Callable) -> None:
         "that is the root mean square of distances: take it of all x and y": (
             lambda *case: np.sqrt(2) * textbook.new_photo(*case)
         ),
+        "that is in pixels: mm are wanted": (
+            lambda *case: 1000 * textbook.new_photo(*case)
+        ),
         "that is the mean square: its root is wanted": (
             lambda *case: textbook.new_photo(*case) ** 2
         ),
@@ -195,11 +198,13 @@ def _in_pixels(function: Callable) -> Callable:
 # --- The pair ---
 
 
-def _two(exterior: np.ndarray, c: float) -> tuple[np.ndarray, np.ndarray]:
-    """Image points of nine points, with errors that leave y parallaxes."""
+def _two(
+    exterior: np.ndarray, c: float, size: float = 0.02
+) -> tuple[np.ndarray, np.ndarray]:
+    """Image points of nine points, with errors (mm) that leave y parallaxes."""
     points = np.array([(x, y, x * y / 9 - 7) for x in (-1.0, 1, 3) for y in (-2, 0, 2)])
     points[::2, 2] -= 1.3
-    noise = 0.02 * chance(4).standard_normal((2, 9, 2))
+    noise = size * chance(4).standard_normal((2, 9, 2))
     left = project(np.zeros(6), points, c) + noise[0]
     return left, project(exterior, points, c) + noise[1]
 
@@ -208,7 +213,8 @@ def y_parallaxes(function: Callable) -> None:
     """Check the y parallaxes in the normal case."""
     right, (c, other_c) = _right(), shaken(94, (24.0, 35.0))
     half = right * 0.5 + (0.5, 0, 0, 0, 0, 0)
-    cases = [(e, *_two(e, c), c) for e, c in ((right, c), (half, other_c))]
+    # Errors of the other sign in the second case, and so parallaxes of both signs
+    cases = [(right, *_two(right, c), c), (half, *_two(half, other_c, -0.02), other_c)]
     right_one = textbook.y_parallaxes
 
     def wrong(turns: Callable, axis: int = 1) -> Callable:
@@ -231,6 +237,9 @@ def y_parallaxes(function: Callable) -> None:
         "the sign: left minus right, and the photo lies at minus c": (
             lambda *case: -right_one(*case)
         ),
+        "a parallax has a sign: return y' minus y'' as it is": (
+            lambda *case: np.abs(right_one(*case))
+        ),
         "those are x parallaxes": wrong(lambda M, N: (N, N @ M.T), axis=0),
         "a ray of the right photo goes back into object space by the transpose of M": (
             wrong(lambda M, N: (N, N @ M))
@@ -238,17 +247,17 @@ def y_parallaxes(function: Callable) -> None:
         "the right ray is still in the frame of its photo: M is missing": (
             wrong(lambda M, N: (N, N))
         ),
-        "the rays are not yet in the normal case: N is missing": (
-            wrong(lambda M, N: (np.eye(3), M.T))
+        "the right ray is not yet in the normal case: N is missing": (
+            wrong(lambda M, N: (N, M.T))
         ),
         "N rotates object space into the normal case; here it is its transpose": (
-            wrong(lambda M, N: (N.T, N.T @ M.T))
+            wrong(lambda M, N: (N, N.T @ M.T))
         ),
         "first M goes back into object space, then N into the normal case": (
             wrong(lambda M, N: (N, M.T @ N))
         ),
         "a ray of the photo is (x, y, -c)": lambda e, left, right, c: right_one(
-            e, left, right, -c
+            e, left, -right, c
         ),
         "rays are not yet image points: where do they meet the plane z = -c?": unscaled,
         "c is missing: parallaxes are wanted in mm": (
@@ -287,9 +296,6 @@ def base_length(function: Callable) -> None:
         "the distance takes no part: where it is twice as long, the base is as well": (
             lambda *case: right(*case) / case[4]
         ),
-        "a ray of a photo is (x, y, -c)": lambda e, left, seen, c, distance: right(
-            e, left, seen, -c, distance
-        ),
         "the right ray is still in the frame of its photo: M is missing": (
             lambda e, *rest: right(np.append(e[:3], np.zeros(3)), *rest)
         ),
@@ -318,12 +324,8 @@ def surface_point(function: Callable) -> None:
         (wanted * (1, -1, 1, 1), "y points up, and rows count downwards"),
         (wanted / (1, 1, 1, sigma), "the standard deviation is that of a whole pixel"),
         (
-            wanted * (*3 * [pixel], pixel**2),
+            wanted * (*3 * [pixel], 1),
             "a parallax is the disparity times the pixel size",
-        ),
-        (
-            wanted / np.insert(np.ones((3, 3)), 3, depth.ravel() / c, axis=1),
-            "the GSD is the pixel size on the object, not in the image",
         ),
         (
             np.column_stack([wanted[:, :3], wanted[:, 3:] / (depth / base)]),
@@ -336,8 +338,9 @@ def surface_point(function: Callable) -> None:
     ]
     hint = next(
         (words for wrong, words in slips if near(found, wrong, 1e-6)),
-        "the point is not that of your `best_disparity` and `model_point`, or its"
-        " standard deviation not that of your `sigma_height`",
+        "the point is not that of your `best_disparity` and `model_point`, with x and y"
+        " in mm, or its sd not that of your `sigma_height`, with H above zero, the"
+        " given gsd, and sigma in px",
     )
     right = near(found, wanted, 1e-6)
     gap = _gap(function, pair, rest) if right else (None, "")

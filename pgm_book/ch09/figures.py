@@ -29,6 +29,7 @@ def boards(sets: tuple[Board, Board]) -> None:
     plot.show(
         fig,
         f"Two photos of one chequerboard; a cross marks each of its {n} inner corners.",
+        dpi=140,
         colours=48,
     )
 
@@ -47,6 +48,8 @@ def shapes(sets: tuple[Board, Board], off: list[np.ndarray]) -> None:
         )  # fmt: skip
         ax.set_title(f"from the {seen.name}", fontsize=15)
         ax.set(aspect="equal", xticks=[], yticks=[])
+        ax.set(xlim=(x.min() - 0.6, x.max() + 0.6))
+        ax.set(ylim=(y.min() - 0.6, y.max() + 0.6))
         ax.grid(False)
     bar = fig.colorbar(drawn, ax=axes, location="bottom", shrink=0.7, aspect=30)
     bar.set_ticks([-round(most, 3), 0, round(most, 3)])
@@ -59,7 +62,8 @@ def shapes(sets: tuple[Board, Board], off: list[np.ndarray]) -> None:
         f" each corner is off the plane, up to {most:.3f} squares, arrows, {ENLARGED:g}"
         " times enlarged, how far off its place in the grid. The maps look alike: r ="
         f" {r[0]:.2f}, {r[1]:.2f}, {r[2]:.2f} in x, y, z.",
-        colours=96,
+        dpi=140,
+        colours=64,
     )
 
 
@@ -82,6 +86,7 @@ def held_out(errors: dict[str, np.ndarray]) -> None:
         fig,
         "What is left in x and y in each photo that took no part, a dot a photo, for"
         f" two models; their root mean squares are bars. {'; '.join(said)}.",
+        dpi=140,
         colours=48,
     )
 
@@ -139,6 +144,7 @@ def weakest(names: list[str], sd: np.ndarray, off: np.ndarray) -> None:
         fig,
         f"Bars: the standard deviations of the orientation, {', '.join(said)};"
         " diamonds, where the truth is known, its errors.",
+        dpi=140,
         colours=48,
     )
 

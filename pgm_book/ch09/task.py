@@ -1,7 +1,7 @@
 """The task of chapter 9: a telephone, a board of paper, and the edge of a cupboard."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -13,7 +13,7 @@ from pgm_book.program.bundle import adjust, without_lens
 from pgm_book.program.camera import project
 from pgm_book.program.orientation import relative
 from pgm_book.program.surface import base_length, flat_board
-from pgm_book.task import Part, likeliest, named, table
+from pgm_book.task import Answer, Part, likeliest, named, table
 from pgm_lab import frames
 from pgm_lab.rotation import angles, matrix
 
@@ -21,10 +21,10 @@ SIZE, SIGMA, RULE = (1200, 900), 0.15, 0.5  # px, px, m
 TILTS = ((0, 0), (0.6, 0), (-0.6, 0), (0, 0.6), (0, -0.6), (0.45, 0.45))
 PIXELS = ("one number in pixels", ())
 WANTED = {"c": PIXELS, "sd": PIXELS, "PQ": ("one number in metres", ())}
-SAME = {"c": 2e-4, "sd": 0.07, "PQ": 5e-4}  # relative: two answers of one program
+read = partial(named, wanted=WANTED)
 OTHERWISE = {
     "c": "Look at sigma0 of the board: it should be near 0.15 px.",
-    "sd": "sd follows from C[0, 0], the variance of c in mm².",
+    "sd, off by a factor of": "sd follows from C[0, 0], the variance of c in mm².",
     "PQ": "Measure the rule as you measure PQ. Does it come out as long as it is?",
 }
 
@@ -39,6 +39,11 @@ class Truth:
     cupboard: np.ndarray  # (points, 4), px
 
     @cached_property
+    def answer(self) -> Answer:
+        """What is right, with the standard deviation of an ideal solution."""
+        return {"c": self.c, "sd": self.sd[0], "PQ": self.edge}
+
+    @cached_property
     def best(self) -> tuple[np.ndarray, np.ndarray]:
         """Camera and its covariance for the stated sigma, the corners unknown."""
         photo, point = np.indices(self.seen.xy.shape[:2]).reshape(2, -1)
@@ -47,9 +52,9 @@ class Truth:
         return camera, C / sigma0**2
 
     @cached_property
-    def flat(self) -> dict[str, float]:
+    def flat(self) -> Answer:
         """What the board as it was printed gives, which it is not."""
-        return self.answer(*flat_board(self.seen.xy, *self.seen.start, self.seen.grid))
+        return self.given(*flat_board(self.seen.xy, *self.seen.start, self.seen.grid))
 
     @cached_property
     def sd(self) -> np.ndarray:
@@ -60,13 +65,10 @@ class Truth:
         edge = J[:10] @ C @ J[:10] + SIGMA**2 * np.sum(J[10:] ** 2)
         return np.sqrt([C[0, 0] / PIXEL[0] ** 2, edge])
 
-    def answer(self, camera: np.ndarray, C: np.ndarray, *_: float) -> dict[str, float]:
+    def given(self, camera: np.ndarray, C: np.ndarray, *_: float) -> Answer:
         """What a camera and its covariance give, as it is handed in."""
         c, sd = camera[0] / PIXEL[0], np.sqrt(C[0, 0]) / PIXEL[0]
         return {"c": c, "sd": sd, "PQ": _edge(self.cupboard, camera)}
-
-
-# --- What is given ---
 
 
 def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
@@ -143,25 +145,20 @@ def _edge(cupboard: np.ndarray, camera: np.ndarray) -> float:
     return base / base_length(e, left[2:4], right[2:4], camera[0], 1.0)
 
 
-# --- What is handed in ---
-
-
-def judge(truth: Truth, result: object) -> list[Part]:
+def judge(truth: Truth, found: Answer) -> list[Part]:
     """Return how far camera and edge are off, in standard deviations."""
-    c, sd, edge = named(result, WANTED).values()
-    sd_c, sd_edge = truth.sd
-    factor = max(sd / sd_c, sd_c / sd) if sd > 0 else np.inf
+    (c, sd, edge), right = found.values(), truth.answer
+    factor = max(sd / right["sd"], right["sd"] / sd) if sd > 0 else np.inf
     return [
-        Part("c", abs(c - truth.c) / sd_c),
+        Part("c", abs(c - right["c"]) / truth.sd[0]),
         Part("sd, off by a factor of", factor, 1.15, ""),
-        Part("PQ", abs(edge - truth.edge) / sd_edge),
+        Part("PQ", abs(edge - right["PQ"]) / truth.sd[1]),
     ]
 
 
-def slips(truth: Truth) -> dict[str, dict[str, float]]:
+def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
-    camera, right = truth.best[0], truth.answer(*truth.best)
-    c, sd, edge = right.values()
+    camera, (c, sd, edge) = truth.best[0], truth.given(*truth.best).values()
     others = np.roll(truth.cupboard, -1, axis=0)  # points 2 to 5 for 1 to 4
     bent = _edge(truth.cupboard, np.array([camera[0], *np.zeros(9)]))
     parts = {
@@ -186,22 +183,18 @@ def slips(truth: Truth) -> dict[str, dict[str, float]]:
         },
     }
     rows = ((key, row) for key, part in parts.items() for row in part.items())
-    return {words: right | {key: value} for key, (words, value) in rows}
+    return {words: {key: value} for key, (words, value) in rows}
 
 
-def hint(truth: Truth, result: object) -> str:
+def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
     """Return the hint to the slip that explains a wrong part."""
-    wrong = [key for key, part in zip(WANTED, judge(truth, result)) if not part.holds]
-    right, found = truth.answer(*truth.best), named(result, WANTED)
-    known = likeliest(
-        slips(truth), right, found, wrong, lambda key, a, b: abs(a / b - 1) < SAME[key]
-    )
+    known = likeliest(judge, truth, found, wrong, slips(truth))
     return known or OTHERWISE[wrong[0]]
 
 
-def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     """Draw both results beside the truth, and a flat board's."""
-    both = {"yours": named(result, WANTED), "by a flat board": truth.flat}
+    both = {"yours": found, "by a flat board": truth.flat}
     fig, ax = plt.subplots(figsize=(10, 4), layout="constrained")
     ax.axvspan(-3, 3, color="0.9", label="± 3 standard deviations")
     off = []

@@ -241,11 +241,14 @@ def numbers(
     return array
 
 
-def report(name: str, properties: Iterable[tuple[str, bool | None, str]]) -> None:
+def report(
+    name: str, properties: Iterable[tuple[str, bool | None, str]], right: str = ""
+) -> None:
     """Print the properties that hold, or raise `CheckFailed` with hints to the others.
 
     `properties` are (property, whether it holds, hint), in plain words; None stands for
-    one that says nothing, because another has to hold first.
+    one that says nothing, because another has to hold first. `right` is printed for
+    many properties in place of each of them.
 
     Examples
     --------
@@ -262,7 +265,8 @@ def report(name: str, properties: Iterable[tuple[str, bool | None, str]]) -> Non
         failed = CheckFailed(whole if whole.endswith(("?", "!")) else whole + ".")
         failed.properties = results
         raise failed
-    print(f"✓ {name}: " + "; ".join(text for text, holds in results if holds) + ".")
+    right = right or "; ".join(text for text, holds in results if holds)
+    print(f"✓ {name}: {right}.")
 
 
 def along_with(holds: bool, other: bool) -> bool | None:

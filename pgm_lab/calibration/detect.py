@@ -132,14 +132,15 @@ def _plain(image: np.ndarray, board: Board) -> Detected:
     """Find all corners of a chequerboard, or all circles."""
     columns, rows = board.grid
     what = "inner corners" if board.kind == "chequerboard" else "circles"
-    but = ""
+    but = ": no board, another one, not all of it, or too dark, blurred or slanted"
     if board.kind == "chequerboard":
         flags = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_LARGER
         found, pixels, meta = cv2.findChessboardCornersSBWithMeta(
             image, board.grid, flags
         )
         if found and sorted(meta.shape) != sorted(board.grid):
-            found, but = False, f", but {meta.shape[1]} x {meta.shape[0]}"
+            found, but = False, f", but {meta.shape[1]} x {meta.shape[0]}: another"
+            but += " board, or its file does not count squares: there is one more"
     else:
         module: Any = cv2  # its types lack the blob detector
         blobs = module.SimpleBlobDetector_Params()
@@ -156,10 +157,7 @@ def _plain(image: np.ndarray, board: Board) -> Detected:
             if found:
                 break
     if not found:
-        return _none(
-            f"the {columns} x {rows} {what} are not seen{but}: no board, another one,"
-            " not all of it, or too dark, blurred or slanted"
-        )
+        return _none(f"the {columns} x {rows} {what} are not seen{but}")
     grid = np.asarray(pixels, float).reshape(rows, columns, 2)
 
     # The right way round: columns to the right of the rows, which go down

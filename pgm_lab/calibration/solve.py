@@ -343,8 +343,17 @@ def chosen(photos: Sequence[Measured]) -> tuple[list[Measured], dict[str, str]]:
                     f"it was not taken as most are: its {what} is {_shown(value)},"
                     f" where most have {_shown(usual)}. {OTHER_CAMERA}"
                 )
+    # A copy would count as an observation of its own
+    first = {one.pixels.tobytes(): one for one in reversed(good)}
+    for one in list(good):
+        if (other := first[one.pixels.tobytes()]) is not one:
+            good.remove(one)
+            left_out[one.name] = f"it is a copy of {other.name}"
     if len(good) < MIN_PHOTOS:
-        reasons = "; ".join(f"{name}: {words}" for name, words in left_out.items())
+        named = {words: "" for words in left_out.values()}  # each reason once
+        for name, words in left_out.items():
+            named[words] += f"{', ' if named[words] else ''}{name}"
+        reasons = "; ".join(f"{names}: {words}" for words, names in named.items())
         raise ValueError(
             f"{len(good)} of {len(photos)} photos show the board well enough, and"
             f" {MIN_PHOTOS} are the least, 12 to 20 a good number. {reasons}".rstrip()

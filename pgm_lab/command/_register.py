@@ -79,6 +79,8 @@ def add_options(parser: Parser) -> None:
         " rotation and shear too, or a smooth field as where relief shifts them",
     )
     add(parser, "--band", "band to read, from 1", whole, "N")
+    words = "band of the sensed image, where it is another one"
+    add(parser, "--sensed-band", words, whole, "N")
     add(parser, "--nodata", "grey value that marks missing data", number, "VALUE")
     words = "of the reference image, where the file does not say it"
     add(parser, "--pixel-size", words, positive, "METRES")
@@ -153,10 +155,13 @@ def run(options: argparse.Namespace) -> Outcome:
 
 def _read(options: argparse.Namespace) -> tuple[Raster, Raster]:
     """Read both images."""
-    reference, sensed = (
-        registration.read(path, options.band, nodata=options.nodata)
-        for path in (options.reference, options.sensed)
-    )
+    nodata, band = options.nodata, options.sensed_band or options.band
+    reference = registration.read(options.reference, options.band, nodata=nodata)
+    try:
+        sensed = registration.read(options.sensed, band, nodata=nodata)
+    except ValueError as error:
+        message = str(error).replace("band=", "--sensed-band ")
+        raise ValueError(message) from None
     if options.pixel_size is not None and reference.pixel_size is not None:
         size = " x ".join(f"{one:g}" for one in reference.pixel_size)
         raise ValueError(
@@ -199,8 +204,10 @@ def _register(
     grey, other = reference.values, sensed.values
     _refuse_without_overlap(grey.shape, other.shape, offset)
     chip, start = settings.get("chip", 21), None
+    nowhere = False  # whether reduced images, too, have nothing in common
     if "radius" not in settings:
         start = registration.approximate(grey, other, chip, offset=offset)
+        nowhere = start is None
     radius = settings.get("radius", 3)
     if start is not None:
         radius = settings["radius"] = start.radius
@@ -222,10 +229,16 @@ def _register(
             asked["threshold"] = settings["threshold"]
             found = registration.register(grey, other, **asked)
     if not np.any(found.accepted):
+        reason = report.reason(found)
+        if nowhere:
+            reason = (
+                f"none of {len(points)} points was accepted, nor do reduced images"
+                " agree on any shift up to a quarter of their shorter side."
+            )
         raise ValueError(
-            f"{report.reason(found)} Do both images show the same place, in the same"
-            " band, neither rotated nor scaled? Are they farther apart than --radius?"
-            " --offset COLUMN ROW says where to begin"
+            f"{reason} {report.unmarked(reference, sensed)}Do both images show the same"
+            " place, in the same band, neither rotated nor scaled? Are they farther"
+            " apart? --offset COLUMN ROW says where to begin"
         )
     return found, start
 

@@ -206,6 +206,11 @@ def match(
         if wide:
             _validate.window(template, "template", _wide.MIN_TEMPLATE)
         field = _starts.from_features(left, right, precise=not wide)
+        if np.linalg.det(field.at(field.left.mean(axis=0)[None])[1][0]) < 0:
+            raise ValueError(
+                "one of the photos is a mirror image of the other, as from a scanned"
+                " slide that lay upside down: mirror it before you measure in it"
+            )
         if wide:
             p, q = field.left, field.right
             k = np.argsort(np.hypot(*(field.at(p)[0] - q).T), kind="stable")

@@ -94,16 +94,6 @@ class Registration(Table):
         return accuracy(self.dx[self.accepted], self.dy[self.accepted])
 
     @property
-    def rmse_x(self) -> float:
-        """Of the accepted shifts, in pixels (Br 2)."""
-        return self.accuracy.rmse_x
-
-    @property
-    def rmse_y(self) -> float:
-        """Of the accepted shifts, in pixels (Br 3)."""
-        return self.accuracy.rmse_y
-
-    @property
     def rmse_t(self) -> float:
         """Of the accepted shifts, in pixels (Br 4)."""
         return self.accuracy.rmse_t

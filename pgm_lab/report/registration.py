@@ -59,6 +59,7 @@ STILL = 1e-3  # px
 PARTS, LEAST = 16, 3  # of the image, with their points: do neighbours share an error?
 BENT = 0.5  # of what an affine model leaves
 TREND = 3.0  # times what the shift is known to
+CORNER, PLATEAU = 8, 0.05  # px of one grey value, and the share of all that have it
 
 
 def html(
@@ -159,6 +160,24 @@ def reason(found: Registration) -> str:
     )
 
 
+def unmarked(reference: Raster, sensed: Raster) -> str:
+    """Say which grey value may stand for missing data, though nothing says so."""
+    words = ""
+    for name, image in (("reference", reference), ("sensed", sensed)):
+        ends = slice(CORNER), slice(-CORNER, None)
+        corners = [image.values[i, j] for i in ends for j in ends]
+        flat = {float(np.ma.min(one)) for one in corners if np.ma.ptp(one) == 0}
+        for value in sorted(flat):
+            share = np.ma.mean(image.values[::4, ::4] == value)
+            if share >= PLATEAU:
+                words += (
+                    f"{100 * share:.0f} % of the {name} image have the value {value:g},"
+                    " a corner among them. If it stands for missing data, --nodata"
+                    f" {value:g} leaves it out. "
+                )
+    return words
+
+
 def _case(
     found: Registration,
     reference: Raster | ArrayLike,
@@ -254,6 +273,22 @@ class Case(_points.Points):
         (a, b, _), (d, e, _) = self.reference.transform
         return bool(a > 0 > e and b == d == 0)
 
+    @cached_property
+    def given(self) -> bool:
+        """Whether an offset was given that is not what their maps say."""
+        if self.asked["offset"] is None:
+            return False
+        try:
+            on_map = registration.offset(self.reference, self.sensed)
+        except ValueError:  # no part of the map in common, or no map
+            on_map = np.zeros(2)
+        return not np.allclose(self.offset, on_map, rtol=0, atol=1e-6)
+
+    @cached_property
+    def unmarked(self) -> str:
+        """Which grey value may stand for missing data."""
+        return unmarked(self.reference, self.sensed)
+
     # --- The shift, and how sure it is ---
 
     @cached_property
@@ -325,7 +360,7 @@ class Case(_points.Points):
         """
         good = self.found.accepted
         if np.sum(good) < 3 or self.chance == 0:
-            return bool(np.any(good))
+            return bool(np.any(good)) and bool(2 * np.sum(good) >= len(good))
         found = [self.errors]
         if self.start is not None:  # large chips found these shifts too
             found.append(self.found.shifts - self.start.shifts(self.found.points))

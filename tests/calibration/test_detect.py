@@ -104,7 +104,7 @@ NONE = "is seen: no board, another one, mirrored"
         (
             CHEQUER,
             Board("chequerboard", 5, 4, 25.0),
-            "are not seen, but 11 x 8: no",
+            "are not seen, but 11 x 8: another board, or its file does not count",
         ),
         (CHEQUER, usual("circles"), "the 12 x 9 circles are not seen: no board"),
     ],

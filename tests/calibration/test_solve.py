@@ -185,9 +185,11 @@ def test_photos_that_do_not_fit_are_left_out_with_a_reason(photos):
     words = "no marker is seen"
     nothing = replace(few, name="nothing", words=words, ids=few.ids[:0])
     zoom = replace(photos[3], name="zoom", focal=9.5)
-    good, left_out = solve.chosen([*photos, turned, few, nothing, zoom])
+    copy = replace(photos[2], name="copy")
+    good, left_out = solve.chosen([*photos, turned, few, nothing, zoom, copy])
     assert [one.name for one in good] == [one.name for one in photos]
     assert left_out["nothing"] == words
+    assert left_out["copy"] == f"it is a copy of {photos[2].name}"
     assert left_out["few"].startswith("only 7 corners")
     assert "columns and rows is 360 480, where most have 480 360" in left_out["turned"]
     assert "focal length (mm) is 9.5, where most have not stated" in left_out["zoom"]
@@ -196,8 +198,12 @@ def test_photos_that_do_not_fit_are_left_out_with_a_reason(photos):
 def test_too_few_photos_and_parallel_ones_are_refused(photos):
     with pytest.raises(ValueError, match="3 of 3 photos show the board .* 4 are"):
         calibrate(photos[:3], rendered.BOARD)
+    lost = [replace(one, words="no marker is seen") for one in photos[:2]]
+    with pytest.raises(ValueError, match=f"{lost[0].name}, {lost[1].name}: no marker"):
+        calibrate(lost, rendered.BOARD)
     with pytest.raises(ValueError, match="all photos look the same way"):
-        same = [replace(photos[0], name=str(i)) for i in range(6)]
+        pixels = photos[0].pixels
+        same = [replace(photos[0], name=str(i), pixels=pixels + i) for i in range(6)]
         calibrate(same, rendered.BOARD)
 
 

@@ -28,7 +28,7 @@ def fails_by_a_threshold_alone(name):
     points, r = highest(truth)
     for threshold in (0.6, 0.7, 0.8, 0.9):
         result = np.where((r >= threshold)[:, None], points, np.nan)
-        (part,) = lesson.judge(truth, result)
+        (part,) = lesson.judge(truth, lesson.read(result))
         assert not part.holds, (name, threshold, part)
 
 

@@ -224,7 +224,7 @@ SLIPS = {
             "a mirror passes",
         ),
         (lambda M, t: largest(M) <= t and np.diag(M).prod() > 0, "may be negative"),
-        (lambda M, t: True, "a row longer than 1 passes"),
+        (lambda M, t: True, "a mirror passes"),
         (lambda M, t: False, "a true rotation is refused"),
     ],
     checks.angles: [

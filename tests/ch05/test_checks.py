@@ -303,8 +303,8 @@ def wrong_relative(function):
     return lambda left, right, c: function(lines.relative(left, right, c))
 
 
-def of_six(left, right, c):
-    return lines.relative(left[:6], right[:6], c)
+def of_some(rows):
+    return lambda left, right, c: lines.relative(left[rows], right[rows], c)
 
 
 def test_slip_in_the_relative_orientation_is_named():
@@ -317,8 +317,11 @@ def test_slip_in_the_relative_orientation_is_named():
         (wrong_relative(lambda e: np.append(e[:3], rotation.angles(transposed(e)))),
          "a ray goes back"),
         (wrong_relative(lambda e: e + [0, 1e-4, 0, 0, 0, 0]), "do not lie in one"),
-        (of_six, "some are left out"),
+        (of_some(slice(10)), "it is left out"),
+        (of_some(slice(-1)), "it is left out"),
+        (of_some(slice(1, None)), "it is left out"),
         (wrong_relative(lambda e: e[1:]), "must return shape"),
-        (..., "is not a function yet"),
+        (wrong_relative(lambda e: e[:, None]), r"shape \(6,\); got \(6, 1\)"),
+        (..., "relative is not a function yet"),
     ]  # fmt: skip
     assert unnamed(chapter5.relative, slips) == []

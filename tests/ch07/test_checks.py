@@ -185,7 +185,7 @@ def test_a_slip_of_the_shifts_is_named():
         (altered(lambda f, p: np.where([True, False], f, np.nan)), "dy is still NaN"),
         (with_border, "leave its row NaN"),
         (nan_inside_the_border, "both its neighbours"),
-        (ends_at_the_border, "that follow"),
+        (ends_at_the_border, "NaN included"),
         (stops_at_the_border, "it stops"),
     ]
     assert unnamed(chapter7.chip_shifts, slips) == []

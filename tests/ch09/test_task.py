@@ -19,7 +19,7 @@ def test_an_answer_is_off_by_one_standard_deviation_and_a_flat_board_by_more():
     off = []
     for name in NAMES:
         truth = truth_of(name)
-        solved = truth.answer(*truth.best)
+        solved = truth.given(*truth.best)
         parts = task.judge(truth, solved)
         assert all(part.holds for part in parts), name
         off += [parts[0].off, parts[2].off]
@@ -38,4 +38,4 @@ def test_an_answer_is_off_by_one_standard_deviation_and_a_flat_board_by_more():
 )
 def test_another_form_hears_what_is_wanted(answer, said):
     with pytest.raises(CheckFailed, match=said):
-        task.judge(truth_of("Ada"), answer)
+        task.read(answer)

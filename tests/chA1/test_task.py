@@ -11,17 +11,18 @@ from tests import lesson_program
 
 
 @pytest.fixture
-def truth(monkeypatch, tmp_path):
+def mine(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    return task.start("A1", "Ada")._truth
+    (tmp_path / "my_pgm.py").touch()  # the data go beside it
+    return task.start("A1", "Ada")
 
 
-def test_natural_containers_and_rounded_numbers_pass(truth):
-    right = truth.answer
+def test_natural_containers_and_rounded_numbers_pass(mine):
+    right = mine._truth.answer
     heights = list(right["heights"].round(3))
     line = tuple(right["line"][::-1])
     result = {"heights": heights, "sd": list(right["sd"].round(1)), "line": line}
-    parts = lesson.judge(truth, result | {"size": round(right["size"])})
+    parts = mine.judged(result | {"size": round(right["size"])})
     assert all(part.holds for part in parts)
 
 
@@ -33,21 +34,25 @@ def test_natural_containers_and_rounded_numbers_pass(truth):
         ("size", "large", "one number, in mm"),
     ],
 )
-def test_what_is_no_answer_is_refused_in_words(truth, key, value, words):
+def test_what_is_no_answer_is_refused_in_words(mine, key, value, words):
     with pytest.raises(CheckFailed, match=words):
-        lesson.judge(truth, truth.answer | {key: value})
+        mine.judged(mine._truth.answer | {key: value})
+
+
+def test_heights_in_millimetres_are_named_whatever_the_noise(mine):
+    truth = mine._truth
+    heights = 1000 * truth.adjusted(truth.p, truth.good)[0]["heights"]
+    assert "in metres" in mine.explained(truth.answer | {"heights": heights})
 
 
 @pytest.mark.slow
 def test_the_wrong_reading_stands_out_in_every_net():
     for seed in range(100):
         _, truth = lesson.make(np.random.RandomState(seed))
-        every = truth.km > 0
-        v, r = truth.adjusted(1 / truth.km, every)[1], truth.share(every)
-        w = np.abs(v) / (truth.sigma * np.sqrt(r))
+        v, _, w = truth.tested(truth.p > 0)
         assert np.argmax(w) == truth.bad and w.max() > 4
         assert np.sort(w)[-2] < 0.75 * w.max()  # rounding cannot choose another
-        assert truth.tested(truth.good).max() < 3.29  # without it none is suspected
+        assert truth.tested(truth.good)[2].max() < 3.29  # without it none is suspected
         assert np.argmax(np.abs(v)) != truth.bad  # the largest residual is no answer
         assert np.argmax(np.abs(v) / truth.sigma) != truth.bad
 

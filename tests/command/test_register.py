@@ -88,6 +88,10 @@ def test_band_and_no_data_reach_the_reading(register, quick, monkeypatch):
     monkeypatch.setattr(registration, "read", noted)
     assert register.run("--band", 1, "--nodata", 0) == 0
     assert asked == [(1, 0.0)] * 2
+    grey = np.array(Image.open(register.inputs[1])) // 256
+    image(np.dstack([grey * 0, grey, grey]).astype(np.uint8))(register.inputs[1])
+    assert register.run("--band", 1, "--sensed-band", 2) == 0
+    assert asked[2:] == [(1, None), (2, None)]
 
 
 def test_every_option_is_described_and_every_setting_an_option(capsys):
@@ -124,10 +128,10 @@ def test_a_wrong_call_ends_with_2(register, capsys, words, message):
 # --- Images that are none, or do not fit ---
 
 BAD = NO_IMAGE | {
-    "colours": (image(np.zeros((160, 200, 3), np.uint8)), "--band 1, for example"),
+    "colours": (image(np.zeros((160, 200, 3), np.uint8)), "--sensed-band 1, for"),
     "other place": (
         image(datasets.yellowstone().grey[:160, :200]),
-        "the same place, in the same band, neither rotated nor scaled? Are they",
+        "accepted, nor do reduced images agree on any shift up to a quarter of",
     ),
 }
 

@@ -72,10 +72,10 @@ def test_a_second_start_overwrites_nothing(tmp_path):
     assert (first.folder / "bus.csv").read_text(encoding="utf-8") == "my notes"
 
 
-def test_the_tolerance_follows_from_the_noise(lesson):
+def test_the_tolerance_follows_from_the_noise():
     """Of 300 names the best solution is beyond three sd about once; chi-square."""
     off = [
-        lesson.judge(mine._truth, solved(mine))[0].off
+        mine.judged(solved(mine))[0].off
         for mine in (task.start(1, f"name {k}") for k in range(300))
     ]
     assert np.mean(np.square(off)) == pytest.approx(1, abs=4 * np.sqrt(2 / 300))
@@ -88,7 +88,7 @@ def test_wrong_results_fail_and_a_hint_names_the_slip(lesson, capsys):
         mine.hint()
     for words, wrong in lesson.slips(mine._truth).items():
         with pytest.raises(CheckFailed, match="standard deviations .3 allowed"):
-            mine.hand_in(wrong)
+            mine.hand_in(wrong["c"])
         capsys.readouterr()
         mine.hint()
         assert capsys.readouterr().out == f"{words}\n"
@@ -100,6 +100,21 @@ def test_wrong_results_fail_and_a_hint_names_the_slip(lesson, capsys):
         mine.hint()  # of this one, not of the try before
     with pytest.raises(CheckFailed):
         mine.hand_in(np.nan)
+
+
+@pytest.mark.parametrize(
+    ("sds", "words"),
+    [(0, ""), (6, "Far?"), (9.5, "Far?"), (10.5, "Farther?"), (4.5, "Draw the two")],
+)
+def test_the_nearest_slip_explains_what_it_would_make_right(
+    lesson, monkeypatch, sds, words
+):
+    mine = task.start(1, "Ada")
+    c, sd = mine._truth.answer["c"], mine._truth.sd
+    slips = {"Farther?": {"c": c + 12 * sd}, "Far?": {"c": c + 8 * sd}}
+    monkeypatch.setattr(lesson, "slips", lambda truth: slips)
+    said = mine.explained({"c": c + sds * sd})
+    assert said.startswith(words) if words else said == ""
 
 
 WANTED = {"c": ("one number, in mm", ()), "axes": ("two words", None)}

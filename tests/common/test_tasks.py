@@ -39,17 +39,21 @@ def test_a_name_makes_the_same_data_on_every_machine_and_version(number):
     assert mine.digest[:16] == DIGESTS[number]
 
 
+def spoiled(mine, slip):
+    """What is read of an answer with a slip."""
+    if hasattr(mine._truth, "answer"):
+        return mine._truth.answer | slip
+    return mine._lesson.read(slip)
+
+
 @pytest.mark.parametrize("number", DIGESTS)
-def test_each_slip_fails_and_its_hint_names_it(number, capsys):
+def test_each_slip_fails_and_its_hint_names_it(number):
     mine = task.start(number, "Ada")
     lesson, truth = mine._lesson, mine._truth
     slips = lesson.slips(truth)
     assert len(slips) >= 3
-    for words, wrong in slips.items():
-        assert not all(part.holds for part in lesson.judge(truth, wrong)), words
-        assert lesson.hint(truth, wrong) == words
-        with pytest.raises(CheckFailed, match="mine.hint"):
-            mine.hand_in(wrong)
+    for words, slip in slips.items():
+        assert mine.explained(spoiled(mine, slip)) == words
     for nothing in (None, "seven", (), {}, float("nan")):
         with pytest.raises(CheckFailed):
             mine.hand_in(nothing)
@@ -69,7 +73,7 @@ def test_the_solution_passes_for_twenty_names_and_no_other(number):
     for name, other in zip(names, [*results[1:], results[0]]):
         mine = task.start(number, name)
         try:
-            parts = mine._lesson.judge(mine._truth, other)
+            parts = mine.judged(other)
         except CheckFailed:  # another length: no answer to this question
             continue
         assert not all(part.holds for part in parts), name
@@ -80,8 +84,8 @@ def test_the_solution_passes_for_twenty_names_and_no_other(number):
 def test_each_slip_fails_for_twenty_names(number):
     for k in range(20):
         mine = task.start(number, f"name {k}")
-        for words, wrong in mine._lesson.slips(mine._truth).items():
-            parts = mine._lesson.judge(mine._truth, wrong)
+        for words, slip in mine._lesson.slips(mine._truth).items():
+            parts = mine._lesson.judge(mine._truth, spoiled(mine, slip))
             assert not all(part.holds for part in parts), (k, words)
 
 

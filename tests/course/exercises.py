@@ -38,7 +38,7 @@ class Exercise:
         """What the check says of an answer; a property for all of a right one."""
         told: list[tuple[Property, ...]] = []
 
-        def report(name: str, properties: Any) -> None:
+        def report(name: str, properties: Any, right: str = "") -> None:
             properties = list(properties)
             told.append(tuple((text, holds) for text, holds, _ in properties))
             checks.report(name, properties)

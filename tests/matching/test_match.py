@@ -187,6 +187,8 @@ def test_photos_of_different_things_are_refused():
         matching.match(grey[:400, :400], datasets.motorcycle().left)
     with pytest.raises(ValueError, match="left shows no texture"):
         matching.match(np.zeros((90, 90)), np.ones((90, 90)))
+    with pytest.raises(ValueError, match="a mirror image of the other"):
+        matching.match(grey[:400, :400], grey[:400, 400::-1])
 
 
 def test_files_and_images_of_pillow_are_matched_as_arrays_are(tmp_path):

@@ -17,7 +17,7 @@ from tests.report.pages import Page, joined, plain
 
 MIXED = ["accepted"] * 30 + ["ambiguous"] * 4 + ["below threshold"] * 6
 LSM = {"refine": "lsm"}
-BLANK = np.full((images.ROWS, images.COLUMNS), 7, np.uint8)
+BLANK = np.resize(np.arange(251, dtype=np.uint8), (images.ROWS, images.COLUMNS))
 result, fit = images.result, registration.fit
 
 
@@ -67,6 +67,25 @@ def test_a_file_that_places_an_image_is_named(found):
     )
     assert "lies on the map is taken from a.tfw beside it" in words
     assert "beside" not in joined(text(found))
+
+
+def test_an_offset_is_said_unless_it_is_that_of_the_maps(found):
+    corner = images.CORNER[0] + 3 * images.SIZE, images.CORNER[1]
+    both = images.raster(BLANK), images.raster(BLANK, corner)
+    for offset, told in (((-3.0, 0.0), False), ((4.0, 0.0), True)):
+        settings = LSM | {"offset": offset}
+        words = joined(report.registration.text(found, *both, settings=settings))
+        assert ("Counted from an offset" in words) == told
+        assert ("image moved by the offset that was given" in words) == told
+
+
+def test_a_value_that_may_stand_for_missing_data_is_named():
+    dark, marked = images.raster(BLANK.copy()), np.zeros(BLANK.shape, bool)
+    marked[:20] = True
+    dark.grey[marked] = 0
+    words = "13 % of the sensed image have the value 0, a corner among them. If"
+    assert module.unmarked(images.raster(BLANK), dark).startswith(words)
+    assert module.unmarked(replace(dark, mask=marked), images.raster(BLANK)) == ""
 
 
 # --- Numbers ---
@@ -180,7 +199,7 @@ def test_one_point_and_none_are_reported_too(pair, monkeypatch):
         ({"shift": (0.0, 0.75), "scatter": 1e-4}, "lies 0.75 px lower than"),
         (
             {"shift": (0.005, -0.003), "scatter": 0.01},
-            "40 points show no shift, and one of 0.02 px or more would have been",
+            "40 points show no common shift, and one of 0.02 px or more would",
         ),
     ],
 )
@@ -240,6 +259,7 @@ BORDER, FAR = "Peaks on the border of the search", "A shift beyond half the radi
 OTHER, PART = "Places that look different", "Points in one part of the image"
 TREND, NOISE = "A shift that changes over the image", "More scatter than predicted"
 BLUNDERS, WHOLE = "Accepted points that do not fit", "Whole pixels only"
+OFFSET = "Counted from an offset"
 PEAK = "peak_on_the_border_of_the_search"
 MAKE = {  # a result, and what else the report is given; a model is fitted to it
     "good": (result, {}),
@@ -257,7 +277,7 @@ MAKE = {  # a result, and what else the report is given; a model is fitted to it
     "8 changed": (lambda: statuses(changed=5, below_threshold=3), {}),
     "1.4 px": (lambda: result(shift=(1.4, 0)), {}),
     "2.2 px": (lambda: result(shift=(1.6, -2.2)), {}),
-    "from 10, 7": (lambda: result(shift=(1.6, -2.2)), {"offset": (10.0, 7.0)}),
+    "from 10, 7": (lambda: result(shift=(1.0, 0.8)), {"offset": (10.0, 7.0)}),
     "a corner": (lambda: result(points=result().points * 0.3), {}),
     "rotated": (lambda: rotated(0.002), {"model": "shift"}),
     "rotated much": (lambda: rotated(0.02), {"model": "shift"}),
@@ -281,8 +301,9 @@ WARNED = [
     ("4 peaks", BORDER, "4 points of 40 fit best at the border of what was searched"),
     ("4 peaks", BORDER, "3 px to each side"),
     ("2.2 px", FAR, "2.2 px is more than half the radius of 3 px"),
-    ("2.2 px", FAR, "with --offset 2 -2, or search farther, with --radius 6."),
-    ("from 10, 7", FAR, "with --offset 12 5, or search"),
+    ("2.2 px", FAR, "with --radius 6, or leave --radius out"),
+    ("from 10, 7", OFFSET, "the offset of 10 columns and 7 rows that was given."),
+    ("from 10, 7", OFFSET, "found 11 columns and 7.8 rows from its own place"),
     ("8 changed", OTHER, "8 points of 40 have texture in the reference image"),
     ("a corner", PART, "of the reference image, at the upper left."),
     ("rotated", TREND, "are rotated or sheared"),
@@ -323,6 +344,10 @@ def test_numbers_of_warnings_are_those_of_the_result():
     assert chance == pytest.approx(lot(4000)["dx"].std(), rel=0.02)
     assert "No common shift was found: 30 of 30 points" in first(result(30, **lot(30)))
     assert DISAGREE in said(result(5, **lot(5)))  # an affine one fits nearly
+    two = statuses(ambiguous=38)
+    assert "One or two of many points may fit by chance" in said(two)[DISAGREE]
+    assert "2 of 40 points were accepted, too few to confirm each other" in first(two)
+    assert DISAGREE not in said(result(2))
     points = result().points
     share = np.prod(0.3 * np.ptp(points, axis=0)) / (images.ROWS * images.COLUMNS)
     words = said(result(points=0.3 * points))[PART]

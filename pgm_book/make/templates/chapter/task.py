@@ -6,8 +6,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from pgm_book.common.checks import first_slip, numbers
-from pgm_book.task import Part, table
+from pgm_book.common.checks import numbers
+from pgm_book.task import Answer, Part, likeliest, table
 from pgm_lab import plot
 
 PIXEL, BUS, SIGMA = 0.004, 12.0, 0.5  # mm, m, and pixels: of one measured length
@@ -17,7 +17,7 @@ PIXEL, BUS, SIGMA = 0.004, 12.0, 0.5  # mm, m, and pixels: of one measured lengt
 class Truth:
     """The camera that photographed the bus, and what was measured."""
 
-    c: float  # mm
+    answer: Answer  # c in mm
     H: np.ndarray  # m
     n: np.ndarray  # pixels
 
@@ -33,35 +33,40 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     H = np.round(np.sort(chance.uniform(40, 160, 12)), 1)
     n = np.round(c * BUS / (PIXEL * H) + SIGMA * chance.standard_normal(12), 1)
     bus = table("height_m,length_px", "{:.1f},{:.1f}", zip(H, n))
-    return {"bus.csv": bus}, Truth(c, H, n)
+    return {"bus.csv": bus}, Truth({"c": c}, H, n)
 
 
-def judge(truth: Truth, result: object) -> list[Part]:
+def read(result: object) -> Answer:
+    """Return the principal distance by its name, or say what is wanted."""
+    return {"c": float(numbers("the result", result, wanted="one number: c in mm"))}
+
+
+def judge(truth: Truth, found: Answer) -> list[Part]:
     """Return how far the principal distance is off, in standard deviations."""
-    c = numbers("the result", result, wanted="one number: c in mm")
-    return [Part("c", abs(float(c) - truth.c) / truth.sd)]
+    return [Part("c", abs(found["c"] - truth.answer["c"]) / truth.sd)]
 
 
-def slips(truth: Truth) -> dict[str, float]:
+def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
-    c = float(np.mean(truth.n * PIXEL * truth.H / BUS))
+    c = truth.answer["c"]
     return {
-        "The unit: c is wanted in millimetres.": c / 1000,
-        "A bus of 12 m is n pixels long, not one pixel.": c / np.mean(truth.n),
+        "The unit: c is wanted in millimetres.": {"c": c / 1000},
+        "A bus of 12 m is n pixels long, not one pixel.": {"c": c / np.mean(truth.n)},
     }
 
 
-def hint(truth: Truth, result: object) -> str:
+def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
     """Return the hint to the slip that explains the result."""
-    wrong = [(value, words) for words, value in slips(truth).items()]
-    return first_slip(float(np.asarray(result)), wrong, "Draw the two triangles.", 0.01)
+    return (
+        likeliest(judge, truth, found, wrong, slips(truth)) or "Draw the two triangles."
+    )
 
 
-def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     """Draw the measured lengths, and what the result makes of them."""
     fig, ax = plt.subplots(figsize=(10, 4.5))
     H = np.linspace(40, 160, 121)
-    ax.plot(H, float(np.asarray(result)) * BUS / (PIXEL * H), label="with your c")
+    ax.plot(H, found["c"] * BUS / (PIXEL * H), label="with your c")
     ax.plot(truth.H, truth.n, "o", color=plot.BLACK, label="measured")
     ax.set(xlabel="height in m", ylabel="length of the bus in pixels")
     ax.legend()
