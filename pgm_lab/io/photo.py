@@ -27,6 +27,7 @@ DEEP = "I", "F", "I;16", "I;16B", "I;16L"  # grey with more than 8 bits in Pillo
 FORMATS = "JPEG", "PNG", "TIFF", "JPEG2000", "BMP", "GIF", "WEBP", "PPM"
 HEIC = b"heic", b"heix", b"hevc", b"hevx", b"heim", b"mif1", b"msf1"
 CONVERT = "save it as JPEG, PNG or TIFF"
+NODATA = 42113  # the tag of GDAL
 SUBFILE, SMALLER_OR_MASK = 0x00FE, 1 | 4  # the tag of TIFF that says what a page is
 
 
@@ -51,8 +52,9 @@ def read(
     -------
     ndarray or MaskedArray (rows, columns)
         Grey values in their own type, 8 or 16 bit or float; of colours in float32.
-        Upright as EXIF states. Masked where a value is NaN, infinite, or more than half
-        transparent; an array without a mask if all pixels have data.
+        Upright as EXIF states. Masked where a value is NaN, infinite, more than half
+        transparent, or what a GeoTIFF states for no data, in all its channels; an array
+        without a mask if all pixels have data.
 
     Raises
     ------
@@ -74,6 +76,7 @@ def read(
     if isinstance(photo, str | os.PathLike):
         name = f"{name}, {files.printable(photo)}"
         values = pixels(photo, name)
+        mask = _stated(photo, name, values)
     elif isinstance(photo, Image.Image):
         values = _from_pillow(photo)
     else:
@@ -92,6 +95,19 @@ def pixels(path: str | os.PathLike, name: str, convert: str = CONVERT) -> np.nda
     if values is None:
         raise ValueError(several_pages(name))
     return values
+
+
+def _stated(path: str | os.PathLike, name: str, values: np.ndarray) -> Any:
+    """Where pixels have, in all channels, what a GeoTIFF states for no data."""
+    with opened(path, name) as image:
+        text = str(getattr(image, "tag_v2", {}).get(NODATA, "")).strip(" \0")
+    try:
+        none = values == float(text)
+    except ValueError:  # it states nothing
+        return np.ma.nomask
+    if values.ndim == 3:
+        none[:] = none[..., :3].all(axis=2, keepdims=True)
+    return none
 
 
 def several_pages(name: str) -> str:

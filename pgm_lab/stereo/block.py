@@ -39,9 +39,11 @@ from pgm_lab.stereo.dense import match_dense, match_rows
 from pgm_lab.stereo.grid import Surface, gap_width, surface
 from pgm_lab.stereo.heights import intersect
 from pgm_lab.stereo.normal import epipolar_pair
+from pgm_lab.stereo.parallax import y_parallax
 from pgm_lab.stereo.photo_file import PhotoFile, fingerprint, photo_list
 
 MIN_POINTS = 10  # at least, for a pair to give a surface
+MOST_OUTSIDE = 0.1  # of the points of a pair, more are no blunders
 MIN_SD = 0.001  # m, lower limit, so that no match outweighs all others
 TILE = 1024  # cells on a side of a tile that is merged at once
 LIST = "block.json"  # numbers, and a fingerprint of each photo
@@ -67,6 +69,9 @@ class PlottedPair:
         Number of attempts in this run.
     reason : str
         Reason why it failed; empty if it did not.
+    remark : str
+        Why its heights are in doubt: a wrong orientation (`y_parallax`), or many points
+        beyond the limits; else empty.
     file : Path
         Its surface: NPZ with `z`, `weight` and `box`.
     """
@@ -78,6 +83,7 @@ class PlottedPair:
     seconds: float = np.nan
     attempts: int = 0
     reason: str = ""
+    remark: str = ""
     file: Path = Path()
 
 
@@ -178,6 +184,11 @@ def plot_block(
         If the cluster does not answer, has no worker, or is lost; if dask is missing.
     OSError
         If the disk is full.
+
+    Warns
+    -----
+    UserWarning
+        If pairs were plotted whose heights are in doubt, each with its `remark`.
     """
     from tqdm.auto import tqdm
 
@@ -232,9 +243,9 @@ def plot_block(
         for i, j in indices.tolist()
     ]
     done = {
-        task.pair: PlottedPair(*task.pair, "found", points, file=task.file)
+        task.pair: PlottedPair(*task.pair, "found", **before, file=task.file)
         for task in tasks
-        if (points := _plotted(task)) is not None
+        if (before := _plotted(task))
     }
     missing = [task for task in tasks if task.pair not in done]
     bar = tqdm(
@@ -254,6 +265,13 @@ def plot_block(
         raise ValueError(
             f"none of the {len(table)} pair(s) could be plotted; the first,"
             f" ({table[0].left}, {table[0].right}): {table[0].reason}"
+        )
+    if doubtful := [pair for pair in table if pair.remark]:
+        first = doubtful[0]
+        warnings.warn(
+            f"the heights of {len(doubtful)} of {len(table)} pair(s) are in doubt; the"
+            f" first, ({first.left}, {first.right}): {first.remark}",
+            stacklevel=2,
         )
     named = {file.system() for file in files.values()}
     crs = named.pop() if len(named) == 1 else None
@@ -321,6 +339,9 @@ def _belongs(folder: Path, now: dict[str, Any], overwrite: bool) -> None:
 # --- One pair as a task ---
 
 
+Answer = tuple[int, float, str]  # points, seconds, remark
+
+
 @dataclass(frozen=True, eq=False)
 class Task:
     """What a worker needs for a pair, 1 kB in all: it reads the photos itself."""
@@ -336,8 +357,8 @@ class Task:
     file: Path
 
 
-def plot_pair(task: Task) -> tuple[int, float]:
-    """Plot one pair into its file; the number of points and the seconds it took."""
+def plot_pair(task: Task) -> Answer:
+    """Plot one pair into its file; its points, the seconds it took, and a remark."""
     start = time.perf_counter()
     left, right = task.left.read(), task.right.read()
     pair = epipolar_pair(left, right, task.heights)
@@ -349,19 +370,24 @@ def plot_pair(task: Task) -> tuple[int, float]:
     low, high = task.heights
     inside = (points.xyz[:, 2] >= low) & (points.xyz[:, 2] <= high)
     n = int(inside.sum())
+    between = f"{n} of {len(inside)} matched points lie between {low:g} and {high:g} m"
     if n < MIN_POINTS:
         slip = slips.likely((left, right), "heights", np.array(task.heights))
-        raise ValueError(
-            f"{n} points between {low:g} and {high:g} m were matched. {slip}".rstrip()
-        )
+        raise ValueError(f"{between}. {slip}".rstrip(". "))
+    remark, checked = "", y_parallax(pair)
+    if checked.slip or checked.verdict not in ("well oriented", "no trend"):
+        remark = checked.message
+    elif n < (1 - MOST_OUTSIDE) * len(inside):
+        remark = f"{between}: are these the heights of the ground?"
     z, weight, first = _gridded(
         points.xyz[inside], points.sd[inside, 2], task.cell, task.largest_gap
     )
     box = np.array([*first, *z.shape[::-1]])
-    stored: dict[str, Any] = {"fingerprint": task.fingerprint, "box": box, "points": n}
+    said = {"fingerprint": task.fingerprint, "points": n, "remark": remark}
+    stored: dict[str, Any] = {**said, "box": box}
     with _files.atomic(task.file, overwrite=True) as part, part.open("xb") as file:
         np.savez(file, **stored, z=z, weight=weight)
-    return n, time.perf_counter() - start
+    return n, time.perf_counter() - start, remark
 
 
 def _gridded(
@@ -383,19 +409,19 @@ def _gridded(
     return z.astype(np.float32), weight.astype(np.float32), first
 
 
-def _plotted(task: Task) -> int | None:
-    """Points of a pair that is in its file already, None where it is not."""
+def _plotted(task: Task) -> dict[str, Any] | None:
+    """Points and remark of a pair that is in its file already, None if it is not."""
     try:
         with task.file.open("rb") as file, np.load(file) as stored:
-            same = str(stored["fingerprint"]) == task.fingerprint
-            return int(stored["points"]) if same else None
+            if str(stored["fingerprint"]) != task.fingerprint:
+                return None
+            return {"points": int(stored["points"]), "remark": str(stored["remark"])}
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None  # not there, or broken
 
 
 # --- Where the tasks run: in this process, in several, or on a cluster ---
 
-Answer = tuple[int, float] | Exception  # points and seconds, or why not
 Plot = Callable[[Task], futures.Future]
 
 
@@ -428,7 +454,7 @@ def _batch(tasks: list[Task], plot: Plot, attempt: int) -> Iterator[PlottedPair]
             future.cancel()
 
 
-def _answer(future: futures.Future) -> Answer:
+def _answer(future: futures.Future) -> Answer | Exception:
     """What a task gave, or why it failed."""
     try:
         return future.result()
@@ -449,11 +475,12 @@ def _answer(future: futures.Future) -> Answer:
         return error
 
 
-def _row(task: Task, answer: Answer, attempts: int) -> PlottedPair:
+def _row(task: Task, answer: Answer | Exception, attempts: int) -> PlottedPair:
     row = functools.partial(PlottedPair, *task.pair, attempts=attempts, file=task.file)
     if isinstance(answer, Exception):
         return row(status="failed", reason=f"{type(answer).__name__}: {answer}")
-    return row(status="plotted", points=answer[0], seconds=answer[1])
+    points, seconds, remark = answer
+    return row(status="plotted", points=points, seconds=seconds, remark=remark)
 
 
 @contextlib.contextmanager
@@ -478,7 +505,7 @@ def _workers(client: Any, workers: int, folder: Path) -> Iterator[Plot]:
 
 
 @contextlib.contextmanager
-def _in_processes(number: int) -> Iterator[Callable[[Task], tuple[int, float]]]:
+def _in_processes(number: int) -> Iterator[Callable[[Task], Answer]]:
     """A function that plots in so many processes; one is this process alone."""
     if number == 1:
         yield plot_pair
@@ -490,7 +517,7 @@ def _in_processes(number: int) -> Iterator[Callable[[Task], tuple[int, float]]]:
     for _ in range(number):
         free.put(start())
 
-    def plot(task: Task) -> tuple[int, float]:
+    def plot(task: Task) -> Answer:
         pool = free.get()
         try:
             return pool.submit(plot_pair, task).result()

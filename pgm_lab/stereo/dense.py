@@ -34,6 +34,7 @@ STATUSES = (
 METHODS = {"sgm": 0.5, "ncc": 0.8}  # and the least correlation that each accepts
 # What `fill` takes as it was found
 UNMEASURED = ("no data in the window", "flat template", "not converged")
+LEVELS, SEARCH = 6, 12  # of the pyramid; px on the coarsest, to both sides
 MIN_TEXTURE = 0.02  # of the image's standard deviation: with less, a window is flat
 MAX_JUMP = 0.5  # px between neighbours of one patch
 MIN_PATCH = 2  # windows: a smaller patch is isolated
@@ -70,8 +71,16 @@ class DenseMatch:
 
 
 def match_dense(pair: NormalPair, **options: Any) -> DenseMatch:
-    """Match the two images of a normal pair in every pixel; options as `match_rows`."""
+    """Match the two images of a normal pair in every pixel; options as `match_rows`.
+
+    The search reaches as far as the limits of the pair do, if not as `match_rows`.
+    """
     _validate.instance(pair, NormalPair, "pair")
+    if "search" not in options:
+        levels = _validate.whole(options.get("levels", LEVELS), "levels", 1, 30)
+        coarsest = 2 ** (_levels(pair.left.shape, levels) - 1)
+        reach = min(pair.reach, pair.left.shape[1]) / coarsest
+        options["search"] = max(SEARCH, math.ceil(reach))
     return match_rows(pair.left, pair.right, **options)
 
 
@@ -83,8 +92,8 @@ def match_rows(
     fill: bool = False,
     window: int = 7,
     threshold: float | None = None,
-    levels: int = 6,
-    search: int = 12,
+    levels: int = LEVELS,
+    search: int = SEARCH,
     refine: bool = True,
     progress: bool = False,
 ) -> DenseMatch:

@@ -49,6 +49,8 @@ class NormalPair:
         The source photos; None if it was not made from photos.
     within : tuple of str and ndarray (2,), or None
         "heights" or "depths", and the (least, greatest) of them that were given.
+    reach : float
+        Largest disparity between these limits, to both sides, in pixels; 0 if unknown.
     """
 
     left: np.ndarray = field(repr=False)
@@ -60,6 +62,7 @@ class NormalPair:
     origin: np.ndarray
     photos: tuple[Photo, Photo] | None = field(default=None, repr=False)
     within: tuple[str, np.ndarray] | None = None
+    reach: float = 0.0
 
     @property
     def base(self) -> float:
@@ -238,9 +241,8 @@ def epipolar_pair(
 
         return _resampled(photos[k], rays, size, ratios[k])
 
-    return NormalPair(
-        image(0), image(1), R, stations, c, pixel, origin, photos, (along, limits)
-    )
+    given = photos, (along, limits), float(np.ptp(parallax) / 2 / pixel)
+    return NormalPair(image(0), image(1), R, stations, c, pixel, origin, *given)
 
 
 # --- The frame of the normal case ---

@@ -20,6 +20,7 @@ MAX_ITERATIONS = 8  # of plate and residuals
 FEW, AWAY = 0.1, 0.1  # shares of the measured cells: ground, and far from all of it
 STIFFNESS = 1.0  # of the plate: it smooths over about one of its cells
 STIFF = 30.0  # of the first one, with objects still below it
+BLOCK = 0.5  # m: openings see nothing smaller, or furrows stand out for them
 HOUSE = 3.0  # m: the least height of one
 
 
@@ -75,7 +76,7 @@ def filter_terrain(
         Height in m above the ground from which something is an object. When missing
         three times the standard deviation of a height, from second differences of
         neighbouring cells, and half a cell: so much does ground of 45 degrees rise from
-        the middle of a cell to its edge.
+        the middle of a cell to its edge. Smaller cells count in blocks of up to 0.5 m.
     most : float, optional
         Height in m by which an opening may lower the ground in any window. When missing
         3 m, the height of a low house, or twice `least` if that is more.
@@ -130,8 +131,9 @@ def filter_terrain(
     if not np.isfinite(dsm.z).any():
         raise ValueError("the surface has no heights at all")
     z, known = dsm.z, np.isfinite(dsm.z) & dsm.measured
+    block = max(1, int(BLOCK / dsm.cell + 1e-9))  # cells
     if least is None:
-        least = 3 * _noise(z, known) + dsm.cell / 2
+        least = 3 * _noise(z, known, block) + block * dsm.cell / 2
     least = _validate.positive_number(least, "least", "in metres")
     most = max(HOUSE, 2 * least) if most is None else most
     most = _validate.positive_number(most, "most", "in metres")
@@ -140,8 +142,9 @@ def filter_terrain(
     ground, side = known, max(1, min(round(widest / 2 / dsm.cell), min(z.shape) // 4))
     for stiffness in (STIFF, STIFFNESS):
         land = _plate(z, ground, side, stiffness)
-        height = np.where(known, z - land, np.nan)
-        objects = _stands_out(height, dsm.cell, slope, widest, least, most)
+        height = _in_blocks(z - land, known, block)
+        tall = _stands_out(height, block * dsm.cell, slope, widest, least, most)
+        objects = np.kron(tall, np.ones((block, block), bool))[: len(z), : z.shape[1]]
         ground = known & ~_wider(objects, margin / dsm.cell)
 
     # Plates on the ground, until it changes no more
@@ -185,10 +188,18 @@ def _warn_of_a_guess(
 # --- Objects: openings in growing windows ---
 
 
-def _noise(z: np.ndarray, known: np.ndarray) -> float:
+def _in_blocks(z: np.ndarray, known: np.ndarray, side: int) -> np.ndarray:
+    """Mean of the known heights in blocks of side by side cells, else NaN."""
+    n = _sum(known.astype(float), side)
+    return _sum(np.where(known, z, 0.0), side) / np.where(n > 0, n, np.nan)
+
+
+def _noise(z: np.ndarray, known: np.ndarray, lag: int) -> float:
     """Standard deviation of a height, by the median of second differences."""
     z = np.where(known, z, np.nan)
-    bends = np.concatenate([np.diff(z, 2, axis=axis).ravel() for axis in (0, 1)])
+    bends = np.concatenate(
+        [(a[2 * lag :] - 2 * a[lag:-lag] + a[: -2 * lag]).ravel() for a in (z, z.T)]
+    )
     bends = bends[np.isfinite(bends)]
     if not bends.size:
         return 0.0
@@ -242,12 +253,13 @@ def _plate(
     """Heights of a plate with cells of `side` by `side` on the known ones."""
     # It carries the mean of the known heights in each cell, by their number, and has
     # the least bending energy (thin plate spline).
-    if np.sum(known.any(0)) < 2 or np.sum(known.any(1)) < 2 or known.sum() < 10:
+    n = _sum(known.astype(float), side)
+    at = np.stack(np.nonzero(n))
+    if known.sum() < 10 or np.linalg.matrix_rank(np.insert(at, 0, 1.0, axis=0)) < 3:
         raise ValueError(
             "too little of the surface is ground: all the rest stands out as objects."
             " Give a larger slope, least or most, or a smaller widest"
         )
-    n = _sum(known.astype(float), side)
     mean = _sum(np.where(known, z, 0.0), side) / np.maximum(n, 1)
     level = mean[n > 0].mean()
     weight = (n / side**2).ravel()

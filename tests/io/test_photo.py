@@ -7,7 +7,7 @@ import zlib
 import cv2
 import numpy as np
 import pytest
-from PIL import Image, ImageOps
+from PIL import Image, ImageOps, TiffImagePlugin
 
 from pgm_lab.io import photo as photos
 from pgm_lab.matching import read
@@ -119,6 +119,19 @@ def test_what_is_transparent_is_masked(tmp_path):
     palette = Image.fromarray(GREY).quantize(8)
     found = read(saved(palette, tmp_path / "p.png", transparency=2))
     np.testing.assert_array_equal(found.mask, np.asarray(palette) == 2)
+
+
+def test_what_a_geotiff_states_for_no_data_is_masked(tmp_path):
+    """A colour counts if all its channels have the value."""
+    grey = np.arange(400, dtype=np.float32).reshape(20, 20) + 1
+    rgb = np.repeat(grey[..., None], 3, axis=2).clip(0, 255).astype(np.uint8)
+    grey[:5], rgb[:5], rgb[5, :, 0] = -9999, 0, 0
+    for values, text in ((grey, "-9999"), (rgb, "0 ")):
+        tags = TiffImagePlugin.ImageFileDirectory_v2()
+        tags[photos.NODATA] = text
+        Image.fromarray(values).save(tmp_path / "a.tif", tiffinfo=tags)
+        found = read(tmp_path / "a.tif", colour="grey")
+        assert found.mask[:5].all() and not found.mask[5:].any()
 
 
 def test_masks_and_values_that_are_none_are_kept_as_masks():

@@ -1,6 +1,7 @@
 """A block of photos: the same to the last bit by whatever hands, and after any stop."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -218,6 +219,26 @@ def test_where_pairs_overlap_measured_heights_are_weighted(tmp_path):
     np.testing.assert_allclose(median.z, [[2.5, 4, 10]])
 
 
+@pytest.mark.parametrize(
+    "turn, heights, words",
+    [
+        (0.003, HEIGHTS, "orientation is wrong. .* omega corrected by -0.17"),
+        (0.0, (15, 20), "matched points lie between 15 and 20 m: are these the"),
+    ],
+)
+def test_a_pair_whose_heights_are_in_doubt_says_so_each_time(
+    photos, empty, turn, heights, words
+):
+    turned = dataclasses.replace(
+        photos[1], exterior=np.array(photos[1].exterior) + [0, 0, 0, turn, 0, 0]
+    )
+    for status in ("plotted", "found"):
+        with pytest.warns(UserWarning, match=r"1 of 1 .* in doubt; .* \(0, 1\): "):
+            found = plot([photos[0], turned], empty, [(0, 1)], heights=heights)
+        assert found.pairs[0].status == status
+        assert re.search(words, found.pairs[0].remark)
+
+
 def test_neighbours_are_those_that_overlap_enough(block, photos):
     for given in (block[0], photos):  # of files no grey value is read
         assert stereo.neighbours(given, ground=20).tolist() == [[0, 1], [1, 2], [2, 3]]
@@ -277,7 +298,7 @@ def test_how_wide_gaps_are_filled_is_passed_on(photos, serial, empty):
         ({"pairs": [(0, 1), (0, 1)]}, ValueError, "same pair more than once"),
         ({"folder": "no/such"}, FileNotFoundError, "is not a folder: make it first"),
         ({"heights": (60, 0)}, ValueError, "low < high"),
-        ({"heights": (300, 400)}, ValueError, "none of the 1 .* were matched"),
+        ({"heights": (300, 400)}, ValueError, r"none of the 1 .* 0 of \d+ matched"),
         ({"workers": 0}, ValueError, "workers must be a whole number, at least 1"),
         ({"merging": "sum"}, ValueError, "merging must be one of"),
         ({"photos": [1, 2]}, ValueError, "photos must be a sequence of camera.Photo"),

@@ -7,6 +7,7 @@ from scipy.ndimage import binary_dilation, gaussian_filter, map_coordinates
 from tqdm import tqdm
 
 from pgm_lab import stereo
+from pgm_lab.camera import Camera, Photo
 from pgm_lab.image.grey import eight_bit
 from pgm_lab.stereo import dense
 from tests.stereo.pairs import noisy, rms, smooth_pair, step_pair
@@ -159,6 +160,28 @@ def test_the_pyramid_reaches_far_and_a_short_search_says_so(method):
     short = stereo.match_rows(left, right, levels=1, search=12, method=method)
     assert (short.status == 0).mean() < 0.01
     assert sum(short.counts().values()) == left.size
+
+
+def test_the_search_reaches_as_far_as_the_heights_do():
+    """Steep ground: disparities far beyond what the default searches in any image."""
+    left, right, truth = smooth_pair(lambda x, y: 40 + 0 * x, (90, 220))
+    own = np.eye(3), np.zeros((2, 3)), 1.0, 1.0, np.zeros((2, 2))
+    for reach, found in ((0.0, False), (45.0, True)):
+        pair = stereo.NormalPair(left, right, *own, reach=reach)
+        match = stereo.match_dense(pair)
+        near = np.abs(match.disparity - truth)[20:-20, 80:-20] < 0.1
+        assert (near.mean() > 0.9) == found
+    # As far as the points on both limits are apart
+    photos = [
+        Photo(np.zeros((200, 300)), Camera(24.0), (x, 0, 1000, 0, 0, 0), 0.08)
+        for x in (-200, 200)
+    ]
+    pair = stereo.epipolar_pair(*photos, (-200, 300))
+    ends = np.array([(0.0, 0, -200), (0, 0, 300)])
+    one, other = (
+        pair.from_photo(k, photo.project(ends))[:, 0] for k, photo in enumerate(photos)
+    )
+    assert (one - other).tolist() == pytest.approx([-pair.reach, pair.reach])
 
 
 def test_a_correlation_that_still_rises_at_the_end_of_the_search_is_no_match():

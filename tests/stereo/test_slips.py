@@ -150,6 +150,6 @@ def test_neighbours_say_when_there_are_none(photos, matched):
 def test_a_pair_of_a_block_that_fails_names_the_slip(photos, matched, tmp_path):
     (tmp_path / "block").mkdir()
     feet = oriented(photos, SLIPS[FEET])
-    with pytest.raises(ValueError, match=f"0 points between .*{FEET}"):
+    with pytest.raises(ValueError, match=f"0 of 0 matched points lie between .*{FEET}"):
         stereo.plot_block(feet, [(0, 1)], tmp_path / "block", heights=HEIGHTS,
                           cell=5.0, workers=1, retries=0, progress=False)  # fmt: skip

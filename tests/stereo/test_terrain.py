@@ -114,8 +114,22 @@ def test_what_is_an_object_follows_from_noise_and_cell():
     assert (found.origin == GROUND).mean() > 0.98
     assert np.std(found.z - hills) < 0.65
     flat = z - hills
-    assert module._noise(flat, np.isfinite(z)) == pytest.approx(0.6, rel=0.03)
-    assert module._noise(z, np.zeros(z.shape, bool)) == 0
+    assert module._noise(flat, np.isfinite(z), 1) == pytest.approx(0.6, rel=0.03)
+    assert module._noise(z, np.zeros(z.shape, bool), 1) == 0
+
+
+def test_ground_stays_in_the_cells_of_a_drone():
+    """Hilly ground good to a centimetre, with a shed on it."""
+    cell = 0.05
+    y, x = cell * np.mgrid[:400, :400]
+    hills = 2 * np.sin(x / 10) * np.cos(y / 12)
+    z = hills + 0.01 * np.random.default_rng(1).normal(size=x.shape)
+    shed = slice(150, 150 + round(3 / cell))
+    z[shed, shed] += 2.5
+    found = stereo.filter_terrain(stereo.Surface(z, (0, 0), cell, np.isfinite(z)))
+    assert (found.origin[shed, shed] == UNDER).all()
+    assert (found.origin == GROUND).mean() > 0.9
+    assert np.abs(found.z - hills).max() < 0.1
 
 
 def test_house_on_a_slope_is_removed_and_the_slope_stays():
@@ -183,5 +197,10 @@ def test_surface_without_ground_is_refused():
     rough = np.random.default_rng(1).uniform(0, 50, (40, 40))
     with pytest.raises(ValueError, match="too little of the surface is ground"):
         stereo.filter_terrain(of(rough), most=0.5)
+    # All of it in one cell of the plate, which is free to turn
+    one = np.zeros(rough.shape, bool)
+    one[:4, :4] = True
+    with pytest.raises(ValueError, match="too little of the surface is ground"):
+        module._plate(rough, one, 8)
     with pytest.raises(ValueError, match="no heights at all"):
         stereo.filter_terrain(of(np.full((40, 40), np.nan)))
