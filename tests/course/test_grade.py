@@ -174,7 +174,7 @@ def test_a_task_is_judged_with_other_data_by_what_it_hands_in(place, class_of):
     assert points(class_of["Budi"], place, "task")[0] == 0
     for result, said in {
         "None": "the result must be",
-        "np.zeros((30, 2))": "wrong, which count twice",
+        "np.zeros((30, 2))": "30 wrong (each counts 2)",
         "{'a': 1}": "the result must be",
         "'text'": "the result must be",
     }.items():
