@@ -1,5 +1,6 @@
 """What holds for every run of pytest, from every folder."""
 
+import gc
 import random
 
 import pytest
@@ -59,6 +60,11 @@ def pytest_collection_modifyitems(config, items):
             if not is_notebook(path):  # its cells build on each other
                 dice.shuffle(files[path])
     items[:] = [item for path in order for item in files[path]]
+
+
+def pytest_collection_finish():
+    """Leave the tests, which stay to the end, out of every search for waste."""
+    gc.freeze()
 
 
 def is_notebook(path):

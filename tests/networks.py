@@ -69,12 +69,10 @@ def small(lens="backward", photos=6, points=12, cameras=1, sigma=0.001, seed=3, 
     kept = rng.permutation(len(photo))[skip:]
     photo, point = photo[kept], point[kept]
     of_photo = np.arange(photos) % cameras
-    xy = np.array(
-        [
-            camera.project(lenses[of_photo[i]], exteriors[i], X[j])
-            for i, j in zip(photo, point, strict=True)
-        ]
-    )
+    xy = np.empty((len(photo), 2))
+    for i, lens_of in enumerate(of_photo):
+        seen = photo == i
+        xy[seen] = camera.project(lenses[lens_of], exteriors[i], X[point[seen]])
     sigma = sigma * rng.uniform(0.7, 1.5, xy.shape)
     return bundle.Network(
         [Camera(one.c * 1.02, lens=lens) for one in lenses],

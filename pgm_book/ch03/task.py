@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
-from scipy import ndimage, stats
+from scipy import ndimage, special
 
 from pgm_book.common.checks import CheckFailed
 from pgm_book.program import lsm
@@ -21,7 +21,7 @@ SIDE, WINDOW, POINTS, MARGIN = 480, 25, 80, 64
 NOISE = 1.8, 1.25  # grey values, of the left and of the darker right photo
 PIXEL, BLUR = 2.5, 2.5  # pixels of the orthophoto: a pixel of ours, and the lens
 FARTHEST = 0.1  # px
-LOW, HIGH = stats.chi2.ppf([0.0005, 0.9995], 2 * POINTS) / (2 * POINTS)
+LOW, HIGH = special.chdtri(2 * POINTS, [0.9995, 0.0005]) / (2 * POINTS)
 WANTED = {
     "positions": (f"column and row of each in px, ({POINTS}, 2)", (POINTS, 2)),
     "covariances": (f"a covariance of each in px², ({POINTS}, 2, 2)", (POINTS, 2, 2)),
@@ -156,7 +156,7 @@ def picture(truth: Truth, found: Pair) -> tuple[Figure, str]:
     positions, covariances = found
     e = positions - truth.there
     whitened = np.linalg.solve(np.linalg.cholesky(covariances), e[..., None])[..., 0]
-    inside = np.sum(np.sum(whitened**2, axis=1) < stats.chi2.ppf(0.95, 2))
+    inside = np.sum(np.sum(whitened**2, axis=1) < special.chdtri(2, 0.05))
     fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
     plot.error_ellipse(ax, (0, 0), np.eye(2), color=plot.BLACK)
     ax.plot(*whitened.T, "o", color=plot.BLUE)

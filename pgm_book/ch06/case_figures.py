@@ -192,7 +192,7 @@ def scatter(ratio: Mapping[str, float], networks: int) -> None:
     right.
     """
     values, r = np.array(list(ratio.values())), networks - 1
-    low, high = np.sqrt(scipy.stats.chi2.ppf((0.025, 0.975), r) / r)
+    low, high = np.sqrt(scipy.special.chdtri(r, (0.975, 0.025)) / r)
     fig, ax = plt.subplots(figsize=(7, 3.5))
     ax.axhspan(low, high, color=plot.GREY, alpha=0.25, label="95 %, if it holds")
     ax.axhline(1, color=plot.BLACK, linewidth=1.4)

@@ -129,7 +129,7 @@ def scatter(repeated: np.ndarray, ours: float, stated: float, redundancy: int) -
     """Show sigma0 (mm) of repeated surveys, with the limits of a global test."""
     sigma0s = np.asarray(repeated)
     r = redundancy
-    low, high = stated * np.sqrt(scipy.stats.chi2.ppf((0.025, 0.975), r) / r)
+    low, high = stated * np.sqrt(scipy.special.chdtri(r, (0.975, 0.025)) / r)
     fig, ax = plt.subplots(figsize=(7, 3.1))
     label = f"{len(sigma0s)} surveys"
     bins = np.linspace(0, max(2.4 * stated, ours), 33)

@@ -37,7 +37,7 @@ def critical_w(alpha: float = 0.001) -> float:
     >>> print(f"{critical_w():.2f}")
     3.29
     """
-    return float(scipy.stats.norm.isf(_validate.probability(alpha, "alpha") / 2))
+    return -float(scipy.special.ndtri(_validate.probability(alpha, "alpha") / 2))
 
 
 def critical_tau(redundancy: ArrayLike, alpha: float = 0.001) -> float | np.ndarray:
@@ -71,6 +71,6 @@ def critical_tau(redundancy: ArrayLike, alpha: float = 0.001) -> float | np.ndar
     alpha = _validate.probability(alpha, "alpha")
     r = _validate.finite(redundancy, "redundancy")
     known = np.where(r < 2, np.nan, r)
-    t = scipy.stats.t.isf(alpha / 2, known - 1)
+    t = -scipy.special.stdtrit(known - 1, alpha / 2)
     tau = t * np.sqrt(known) / np.sqrt(known - 1 + t**2)
     return np.where(r < 2, np.inf, tau)[()]

@@ -148,8 +148,8 @@ class Adjustment:
         if np.any(self.redundancy == 0):
             raise ValueError("without redundancy there is nothing to test")
         statistic = self.redundancy * (self.sigma0 / self.sigma0_prior) ** 2
-        lower = scipy.stats.chi2.ppf(alpha / 2, self.redundancy)
-        upper = scipy.stats.chi2.ppf(1 - alpha / 2, self.redundancy)
+        lower = scipy.special.chdtri(self.redundancy, 1 - alpha / 2)
+        upper = scipy.special.chdtri(self.redundancy, alpha / 2)
         return GlobalTest(
             statistic, lower, upper, (lower <= statistic) & (statistic <= upper)
         )

@@ -132,15 +132,14 @@ def significance(result: Bundle, alpha: float = 0.05) -> list[Significance]:
     found = []
     u = len(result.estimate)
     # without redundancy the standard deviations come from sigma0_prior, known exactly
-    known = not result.redundancy
-    distribution = scipy.stats.norm if known else scipy.stats.t(result.redundancy)
+    redundancy = result.redundancy or np.inf
     for i, name in enumerate(result.interior_names):
         parameter, camera = result.estimate[i % u], i // u
         if parameter == "c":
             continue
         value, sd = float(result.interior[i]), float(result.sd_interior[i])
         t = value / sd if sd > 0 else np.copysign(np.inf, value)
-        p = float(2 * distribution.sf(abs(t)))
+        p = float(2 * scipy.special.stdtr(redundancy, -abs(t)))
         effect = _effect(result, parameter, camera)
         found.append(Significance(name, value, sd, t, p, p < alpha, effect))
     return found

@@ -30,7 +30,7 @@ COMPONENT_STEPS = 3
 FIRST_COMPONENT = 0.1  # px
 LEAST_COMPONENT = 1e-3  # of the variance by the noise
 MOST_REMOVED = 30
-MEDIAN_CHI_SQUARE = 0.454936423119572  # scipy.stats.chi2.median(1), which loads slowly
+MEDIAN_CHI_SQUARE = scipy.special.chdtri(1, 0.5)
 HALVES = 5  # ways to part the photos
 SURE = 0.99
 # What must be the same in all photos
@@ -92,7 +92,7 @@ class Calibration:
             return np.ones(2)
         factor = np.sqrt(np.mean(self.halves**2, axis=0))
         dof = len(self.halves) * len(self.result.estimate)
-        by_chance = np.sqrt(scipy.stats.chi2.ppf(SURE, dof) / dof)
+        by_chance = np.sqrt(scipy.special.chdtri(dof, 1 - SURE) / dof)
         return np.where(factor > by_chance, factor, 1.0)
 
     @property
@@ -239,7 +239,7 @@ def calibrate(
     found = Calibration(*parts, result, removed, q / pixel_size, halves)
     if estimate is None:
         b, C = result.interior[-2:], found.covariance[-2:, -2:]
-        if b @ np.linalg.solve(C, b) < scipy.stats.chi2.ppf(SURE, 2):
+        if b @ np.linalg.solve(C, b) < scipy.special.chdtri(2, 1 - SURE):
             square = replace(result.cameras[0], b1=0.0, b2=0.0)
             network = replace(_continued(result), cameras=(square,))
             result, q, halves = _solved(network, noise, SQUARE)

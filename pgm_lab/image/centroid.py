@@ -166,7 +166,8 @@ def _is_flat(
         mean, sd = 0.0, np.sqrt(n + n**2 / ring_pixels)
     else:
         k = threshold / np.maximum(sigma, 1e-300)
-        above, density = scipy.stats.norm.sf(k), scipy.stats.norm.pdf(k)
+        above = scipy.special.ndtr(-k)
+        density = np.exp(-(k**2) / 2) / np.sqrt(2 * np.pi)
         each = density - k * above
         variance = (1 + k**2) * above - k * density - each**2
         mean, sd = n * each, np.sqrt(n * variance + (n * above) ** 2 / ring_pixels)

@@ -58,5 +58,5 @@ def largest_objective(
     """Largest sum of squares vᵀv that fits as well as the least one."""
     # By chi-square if sigma is known, else by the `level` quantile of two sums' ratio
     if sigma is not None:
-        return max(least, sigma**2 * scipy.stats.chi2.ppf(KNOWN, redundancy))
-    return least * scipy.stats.f.ppf(level, redundancy, redundancy)
+        return max(least, sigma**2 * scipy.special.chdtri(redundancy, 1 - KNOWN))
+    return least * scipy.special.fdtri(redundancy, redundancy, level)

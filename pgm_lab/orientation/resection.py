@@ -322,7 +322,7 @@ def _refuse_mirrored(
     least = np.min(np.sum(other.residuals**2, axis=1), initial=np.inf)
     least = max(least, 1e-12 * squares)
     # By chance the ratio of two sums may be large where the redundancy is small
-    if squares > least * max(MIRROR, scipy.stats.f.ppf(_common.KNOWN, r, r)):
+    if squares > least * max(MIRROR, scipy.special.fdtri(r, r, _common.KNOWN)):
         raise ValueError(
             "image_points are a mirror image: with one axis reversed they fit"
             f" {np.sqrt(squares / least):.0f} times better. Does x point to the left,"

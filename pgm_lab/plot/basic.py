@@ -112,6 +112,8 @@ def show(fig: Figure, alt: str, dpi: int = 170, colours: int | None = None) -> N
     """
     if not isinstance(alt, str) or not alt.strip():
         raise ValueError("alt must say in words what the figure shows")
+    fig.set_dpi(dpi)
+    label = smallest_writing(fig)
     buffer = io.BytesIO()
     # Encoded again below, so it is not worth compressing well here
     effort = {} if colours is None else {"compress_level": 1}
@@ -126,7 +128,7 @@ def show(fig: Figure, alt: str, dpi: int = 170, colours: int | None = None) -> N
         )
         few.save(buffer := io.BytesIO(), format="png", optimize=True)
     seen = {"alt": alt, "width": round(fig.get_size_inches()[0] * 96)}
-    if label := smallest_writing(fig):
+    if label:
         seen["label"] = round(label, 1)
     picture = base64.b64encode(buffer.getvalue()).decode()
     publish_display_data({"image/png": picture, "text/plain": alt}, {"image/png": seen})
@@ -159,12 +161,12 @@ class _Reader(RendererBase):
 def smallest_writing(figure: Figure) -> float | None:
     """Return the size in points of the smallest text that is drawn, if there is any.
 
-    The figure was saved before, which laid it out; its layout is fixed from now on.
-    Superscripts and subscripts count with the size of their formula.
+    This lays the figure out, and its layout is fixed from now on, so that saving draws
+    it only once. Superscripts and subscripts count with the size of their formula.
     """
     reader = _Reader(figure)
-    figure.set_layout_engine("none")  # everything stays where it was when saved
     figure.draw(reader)
+    figure.set_layout_engine("none")
     return min(reader.written, default=None)
 
 
@@ -308,9 +310,8 @@ def error_ellipse(
     """
     variance, axes = np.linalg.eigh(_validate.covariances(covariance, "covariance"))
     variance = np.maximum(variance, 0.0)  # negative only by rounding
-    width, height = (
-        2 * magnify * np.sqrt(variance * scipy.stats.chi2.ppf(probability, df=2))
-    )
+    chi_square = scipy.special.chdtri(2, 1 - probability)
+    width, height = 2 * magnify * np.sqrt(variance * chi_square)
     angle = np.degrees(np.arctan2(axes[1, 0], axes[0, 0]))
     style = {"fill": False, "color": RED, "linewidth": 2.2} | style
     x, y = np.asarray(position)

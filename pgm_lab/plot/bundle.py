@@ -44,7 +44,7 @@ def lens_curve(result: Bundle, camera: int = 0) -> Figure:
     own = network.camera[network.photo] == camera
     measured = np.hypot(*(network.xy[own] - (lens.x0, lens.y0)).T)
     rho = np.linspace(0, 1.1 * measured.max(), 301)
-    quantile = scipy.stats.t.ppf(0.975, result.redundancy or np.inf)
+    quantile = scipy.special.stdtrit(result.redundancy or np.inf, 0.975)
 
     fig, axes = plt.subplots(
         2, 1, figsize=(10, 6.2), sharex=True, height_ratios=(1.7, 1)

@@ -61,14 +61,15 @@ def functions():
 def checks():
     """All checks that a notebook calls, by lesson, module and name."""
     root = Path(__file__).parents[2]
+    texts = [p.read_text(encoding="utf-8") for p in root.glob("notebooks/*.ipynb")]
+    calls = set(re.findall(r"\b(chapter\w+)\.(\w+)\(", "".join(texts)))
     for path in sorted(root.glob("pgm_book/ch*/*checks.py")):
         chapter, module = path.parent.name, path.stem
         home = importlib.import_module(f"pgm_book.{chapter}.{module}")
         called = (
             f"chapter{chapter[2:].lstrip('0') or 0}{'c' * module.startswith('case')}"
         )
-        texts = [p.read_text(encoding="utf-8") for p in root.glob("notebooks/*.ipynb")]
-        for name in sorted(set(re.findall(rf"{called}\.(\w+)\(", "".join(texts)))):
+        for name in sorted(name for checks, name in calls if checks == called):
             yield f"{chapter}.{module}.{name}", getattr(home, name)
 
 

@@ -49,7 +49,7 @@ def over_predicted(found, error):
         pytest.param(lsm_scene.SOFT, 5.0, 40.0, marks=pytest.mark.slow),
         (lsm_scene.SOFT, 2.0, 10.0),
         pytest.param(lsm_scene.SHARP, 1.0, 40.0, marks=pytest.mark.slow),
-        (lsm_scene.SHARP, 5.0, 40.0),
+        pytest.param(lsm_scene.SHARP, 5.0, 40.0, marks=pytest.mark.slow),
     ],
 )
 def test_white_noise_is_left_alone(texture, sigma, contrast, template):
