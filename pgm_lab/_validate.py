@@ -162,18 +162,6 @@ def pair(values: ArrayLike, name: str, unit: str) -> np.ndarray:
     return np.broadcast_to(array, (2,))
 
 
-def noise_ratio(noise: ArrayLike) -> tuple[float, float]:
-    """Return standard deviations of left and right grey values, the larger as one."""
-    array = of_shape(noise, (2,), "noise")
-    if np.any(array < 0) or not np.any(array > 0):
-        raise ValueError(
-            "noise must be the standard deviations of the left and of the right grey"
-            f" values, not negative and not both zero; got {array.tolist()}"
-        )
-    left, right = array / array.max()
-    return float(left), float(right)
-
-
 # --- Arrays of a certain shape ---
 
 

@@ -48,7 +48,6 @@ class Settings:
     threshold: float
     tolerance: float
     max_iterations: int
-    noise: tuple[float, float]
     correlated: bool
     smooth: float
 
@@ -111,7 +110,7 @@ def attempt(
     good = np.flatnonzero(status == "accepted")
     template, last = take(template, good), take(last, good)
     Q, sigma0, effective, singular = _normal_equations.precision(
-        template, T[good], last, s.noise, s.correlated, s.smooth
+        template, T[good], last, s.correlated, s.smooth
     )
     # Saturated pixels have no noise: they do not show how large it is in the others
     k, u = template.rows.shape[2], Q.shape[1]

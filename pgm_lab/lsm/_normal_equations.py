@@ -178,7 +178,6 @@ def precision(
     left: Templates,
     T: np.ndarray,
     found: Solution,
-    noise: tuple[float, float] = (1.0, 1.0),
     correlated: bool = True,
     smooth: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -194,12 +193,12 @@ def precision(
     # Noise that was smoothed before is interpolated without loss
     gain = np.ones(len(T)) if smooth else _noise_gain(T, half)
     # Share of each image's noise in a residual, as parts of vᵀv / (k - u)
-    of_left, of_right = noise[0] ** 2, (noise[1] * found.h[:, 1]) ** 2
+    of_right = found.h[:, 1] ** 2
     # Interpolation averages noise, but not the part that the derivatives pick out
-    interpolated = of_left + of_right * gain
-    kept = interpolated / (of_left + of_right)
-    part = found.vv / (k - u) / interpolated
-    of_left, of_right = part * of_left, part * of_right
+    interpolated = 1 + of_right * gain
+    kept = interpolated / (1 + of_right)
+    of_left = found.vv / (k - u) / interpolated
+    of_right = of_left * of_right
     variance = of_left + of_right
     N = np.empty((len(T), u, u))
     m = left.a.shape[1]
@@ -213,7 +212,7 @@ def precision(
     S[:, :3] = S[:, 3:6] = of_left[:, None] * squares
     other[:, :6] = of_right[:, None]
     if u > m:
-        S[:, m] = part * noise[1] ** 2 * gain * k
+        S[:, m] = of_left * gain * k
         other[:, m] = of_left
     _, Q, _, singular = normal.solve(N, np.zeros(S.shape))
     QS = Q * S[:, None]

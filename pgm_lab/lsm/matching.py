@@ -71,7 +71,6 @@ def match(
     threshold: float = 0.7,
     tolerance: float = 0.02,
     max_iterations: int = 20,
-    noise: ArrayLike = (1.0, 1.0),
     correlated: bool = True,
     smooth: float = 0.0,
 ) -> Match:
@@ -113,9 +112,6 @@ def match(
         Converged when an iteration moves no pixel of the window by more than this (px).
     max_iterations : int
         Limit of iterations for a point; as many again in a second attempt.
-    noise : array_like (2,)
-        Standard deviations of a grey value in the left and in the right image. Only
-        their ratio is used: their size is estimated from the residuals.
     correlated : bool
         False treats the noise as white and the surface as plane, as the textbook does.
     smooth : float
@@ -136,9 +132,9 @@ def match(
 
     Notes
     -----
-    The covariance is that of least squares with white noise, equal in both images
-    unless `noise` says otherwise; it allows for the noise in the gradients and for the
-    noise that interpolation removes. Residuals that are correlated up to two pixels
+    The covariance is that of least squares with white noise, equal in both images; it
+    allows for the noise in the gradients and for that which interpolation removes.
+    Residuals that are correlated up to two pixels
     apart, or larger where the texture is strong, count as fewer pixels
     (`effective_pixels`), by one factor for the whole covariance. (B 2.8), (B 2.9) hold
     on a plane: where second powers of x and y, six more parameters, are significant in
@@ -200,7 +196,6 @@ def match(
         threshold,
         tolerance,
         max_iterations,
-        _validate.noise_ratio(noise),
         correlated,
         _validate.smoothing(smooth),
     )

@@ -64,7 +64,6 @@ def match(
     lines: ArrayLike | None = None,
     distance: float = 1.5,
     back: float | None = None,
-    noise: ArrayLike = (1.0, 1.0),
 ) -> Match:
     """Find points of the left image in the right one, all in one call.
 
@@ -109,9 +108,6 @@ def match(
         If given, each match is searched for again in the left image (left-right check,
         along a parallel to its line) and has to end within this distance of its point,
         in pixels; 1 is usual. Most points that only one photo sees fail.
-    noise : array_like (2,)
-        Standard deviations of a grey value in the left and in the right image. Only
-        their ratio is used: their size is estimated from r.
 
     Returns
     -------
@@ -135,16 +131,13 @@ def match(
               back=0.75)
 
     The covariance is K^-1 S K^-1 with the curvature K of the map at its peak and the
-    covariance S of its slope, from white noise that does not depend on the grey value,
-    equal in both images unless `noise` says otherwise. Of n pixels, n S = (p (1 - q) +
-    q (1 - p)) G + p q I, with the shares p and q of noise in the variances of the two
-    windows, from (1 - p)(1 - q) = r^2, and G = sum(g gᵀ) / sum((t - mean)^2) of the
-    gradients g of the window that has less noise, minus the contribution of noise to
-    them. The effect of noise in the pixels that enter and leave the right window is
-    added. For whole pixels rounding adds 1/12 px^2. For the parabola the squares of its
-    two systematic errors are added, which remain in the position: the offset that it
-    finds for the template in its own image, and pixel locking, as predicted from the
-    curvature of the template. The covariance does not account for mismatches, or for
+    covariance S of its slope, from white noise, equal in both images. Of n pixels,
+    n S = (p (1 - q) + q (1 - p)) G + p q I, with the shares p and q of noise in the
+    variances of the two windows, from (1 - p)(1 - q) = r^2, and G = sum(g gᵀ) /
+    sum((t - mean)^2) of the gradients g of the window that has less noise. For whole
+    pixels rounding adds 1/12 px^2; for the parabola the squares of its two systematic
+    errors are added, which remain in the position: the offset that it finds for the
+    template in its own image, and pixel locking. Mismatches are not accounted for, nor
     windows that differ in more than noise and shift.
 
     References
@@ -174,10 +167,7 @@ def match(
     _check(threshold, ratio, refine)
     if lines is not None:
         lines = _normal_form(lines, len(points))
-    settings = Settings(
-        *(template, search, threshold, ratio, refine),
-        *(_width(distance), _validate.noise_ratio(noise)),
-    )
+    settings = Settings(template, search, threshold, ratio, refine, _width(distance))
     found, r, second, covariance, status = find(
         left, right, points, start, lines, settings
     )
@@ -253,7 +243,6 @@ class Settings:
     ratio: float
     refine: str | None
     distance: float
-    noise: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -393,7 +382,7 @@ def _matched(
     line = None
     if pairs.lines is not None:
         line = pairs.lines[:, :2], search_area.distance(place, pairs.lines), s.distance
-    step, Q, ridge, along = paraboloid(peak, s.noise, line)
+    step, Q, ridge, along = paraboloid(peak, line)
     step[border | edge | ridge | (s.refine is None)] = 0.0
     if s.refine is None:
         Q += np.eye(2) / 12

@@ -7,9 +7,7 @@ from pgm_lab.ncc._search import Peaks
 
 
 def paraboloid(
-    peaks: Peaks,
-    noise: tuple[float, float],
-    line: tuple[np.ndarray, np.ndarray, float] | None,
+    peaks: Peaks, line: tuple[np.ndarray, np.ndarray, float] | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Top of the paraboloid through 3 x 3 values, covariance, ridges, directions."""
     # r = r0 + D x - xᵀ K x / 2 with central differences for D and K. Where a line (its
@@ -22,7 +20,7 @@ def paraboloid(
     # The paraboloid may rise above 1, which would imply negative noise
     top = np.minimum(r0 + np.sum(step * D, axis=1) / 2, 1 - (1 - r0) / 10)
     top[ridge] = r0[ridge]
-    S = _covariance_of_slope(peaks.left, peaks.right, top, noise)
+    S = _covariance_of_slope(peaks.left, peaks.right, top)
     inverse = np.linalg.inv(_solvable(K, ridge))
     Q = inverse @ S @ inverse
     ridge |= ~_determined(step, Q)
@@ -69,12 +67,12 @@ def _on_line(
 
 
 def _covariance_of_slope(
-    left: np.ndarray, right: np.ndarray, r: np.ndarray, noise: tuple[float, float]
+    left: np.ndarray, right: np.ndarray, r: np.ndarray
 ) -> np.ndarray:
     """Covariance (k, 2, 2) of D, from white noise in both centred windows."""
     # p, q: shares of noise in the variances of the left and the right window
     of_left, of_right = (_products(one, one) for one in (left, right))
-    p, q = _shares(of_left, of_right, r, noise)
+    p, q = _shares(of_left, of_right, r)
     # The gradients of the window with less noise, without what noise adds to them
     less = p <= q
     share = np.where(less, p, q)[:, None, None]
@@ -102,10 +100,10 @@ def _one_sided(windows: np.ndarray) -> np.ndarray:
 
 
 def _shares(
-    left: np.ndarray, right: np.ndarray, r: np.ndarray, noise: tuple[float, float]
+    left: np.ndarray, right: np.ndarray, r: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Shares p, q of noise in the variances of two windows: (1 - p)(1 - q) = r^2."""
-    a, b = noise[0] ** 2 / left, noise[1] ** 2 / right
+    a, b = 1 / left, 1 / right
     c = 1 - np.maximum(r, 0.1) ** 2
     x = 2 * c / (a + b + np.sqrt((a - b) ** 2 + 4 * a * b * (1 - c)))
     return a * x, b * x
