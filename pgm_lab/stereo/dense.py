@@ -437,8 +437,7 @@ def _semiglobal(
             margin = MARGIN
 
     def work(rows: slice) -> tuple[np.ndarray]:
-        part, at = _Image(left.grey[rows], left.mask[rows]), _rounded(d[rows])
-        return (_correlation(part, right, at, rows.start, window, 0.5),)
+        return (_correlation(left, right, _rounded(d[rows]), rows, window, 0.5),)
 
     (r,) = _in_bands(work, len(d), window // 2, done)
     return _Peaks(d, r, np.zeros_like(d), inside), agree
@@ -553,54 +552,41 @@ def _search(
     """Highest correlation within `reach`; `least` is the share that must be image."""
 
     def work(rows: slice) -> _Peaks:
-        part = _Image(left.grey[rows], left.mask[rows])
-        return _band_peaks(part, right, start[rows], rows.start, window, reach, least)
+        middle = _rounded(start[rows])
+        # The highest correlation so far, and those one pixel before and after it
+        best, before, after, last = np.full((4, *middle.shape), -1, np.float32)
+        at = np.zeros_like(best)
+        for offset in range(-reach, reach + 1):
+            r = _correlation(left, right, middle + offset, rows, window, least)
+            np.copyto(after, r, where=at == offset - 1)
+            higher = r > best
+            np.copyto(before, last, where=higher)
+            np.copyto(best, r, where=higher)
+            np.copyto(after, -1, where=higher)
+            at[higher] = offset
+            last = r
+        # The top of the parabola through the three
+        inside = (np.abs(at) < reach) & (before > -1) & (after > -1)
+        bend = np.maximum(2 * best - before - after, 1e-6)
+        part = np.where(inside, (after - before) / (2 * bend), 0)
+        # sd^2 = sigma^2 / sum g^2, with 1 - r^2 = sigma^2 / var, bend = mean g^2 / var
+        sd = np.sqrt(np.maximum(1 - best**2, 0) / bend) / window
+        return _Peaks(middle + at + np.clip(part, -0.5, 0.5), best, sd, inside)
 
     return _Peaks(*_in_bands(work, len(start), window // 2, done))
 
 
-def _band_peaks(
-    left: _Image,
-    right: _Image,
-    start: np.ndarray,
-    row: int,
-    window: int,
-    reach: int,
-    least: float,
-) -> _Peaks:
-    start = _rounded(start)
-    # The highest correlation so far, and those one pixel before and after it
-    best, before, after, last = (np.full(start.shape, -1, np.float32) for _ in range(4))
-    at = np.zeros(start.shape, np.float32)
-    for offset in range(-reach, reach + 1):
-        r = _correlation(left, right, start + offset, row, window, least)
-        np.copyto(after, r, where=at == offset - 1)
-        higher = r > best
-        np.copyto(before, last, where=higher)
-        np.copyto(best, r, where=higher)
-        np.copyto(after, -1, where=higher)
-        at[higher] = offset
-        last = r
-    # The top of the parabola through the three
-    inside = (np.abs(at) < reach) & (before > -1) & (after > -1)
-    bend = np.maximum(2 * best - before - after, 1e-6)
-    part = np.where(inside, (after - before) / (2 * bend), 0)
-    # sd^2 = sigma^2 / sum g^2, with 1 - r^2 = sigma^2 / var and bend = mean g^2 / var
-    sd = np.sqrt(np.maximum(1 - best**2, 0) / bend) / window
-    return _Peaks(start + at + np.clip(part, -0.5, 0.5), best, sd, inside)
-
-
 def _correlation(
-    left: _Image, right: _Image, d: np.ndarray, row: int, window: int, least: float
+    left: _Image, right: _Image, d: np.ndarray, rows: slice, window: int, least: float
 ) -> np.ndarray:
-    """Coefficient of each window of the left band with the right image warped by d."""
-    known = _warped(right.mask, d, row) > WHOLE
-    W = _warped(right.grey, d, row)
-    w = left.mask * known
+    """Coefficients of the left windows of some rows and the right image warped by d."""
+    known = _warped(right.mask, d, rows.start) > WHOLE
+    W = _warped(right.grey, d, rows.start)
+    w = left.mask[rows] * known
     share = _box(w, window)
     # Where windows must be whole, masked sums and plain ones are the same
     n: np.ndarray | float = 1.0
-    L = left.grey
+    L = left.grey[rows]
     if least < 1:
         n = np.maximum(share, 1e-3)
         L, W = L * w, W * w
