@@ -323,12 +323,13 @@ def cut(image: np.ndarray, pixels: np.ndarray, reach: int) -> np.ndarray:
     """Parts (m, size, size) of an image around pixels; NaN where there is no data."""
     # Beyond its edge the image is mirrored, as the filters of `half_pixels` do
     size = 2 * reach + 1, 2 * reach + 1
-    grey, mask = np.ma.getdata(image), np.ma.getmask(image)
+    grey = np.ma.getdata(image)
     with np.errstate(over="ignore"):  # too large for a float becomes infinite
         found = cut_out(grey, pixels, size, mirrored).astype(float)
     if grey.dtype.kind == "f":
         found[~np.isfinite(found)] = np.nan
-    if mask is not np.ma.nomask:
+    if np.ma.is_masked(image):
+        mask = np.ma.getmaskarray(image)
         found[cut_out(mask, pixels, size, mirrored)] = np.nan
     return found
 

@@ -9,6 +9,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
+from pgm_lab.io.geotiff import without_data
 
 TILE = 1000  # pixels along a side of what is done at a time
 LSM_REACH = 10  # pixels around a template that `lsm.match` uses, and one to spare
@@ -96,24 +97,13 @@ def pick(
 
 def _image(values: ArrayLike, name: str) -> tuple[np.ndarray, np.ndarray | None]:
     """Grey values in their own type, and where there are none."""
-    mask: np.ndarray | None = None
-    if isinstance(values, np.ma.MaskedArray):
-        mask = np.ma.getmaskarray(values) if np.any(values.mask) else None
-        values = np.ma.getdata(values)
-    grey = _validate.numeric(values, name)
-    if grey.ndim != 2 or not grey.size:
-        raise ValueError(
-            f"{name} must have shape (rows, columns); got shape {grey.shape}."
-            ' matching.read(..., colour="grey") turns colours into grey'
-        )
+    grey = _validate.grey_image(values, name)
     if grey.dtype not in (np.uint8, np.uint16, np.float32, np.float64):
         grey = grey.astype(float)
-    if grey.dtype.kind == "f" and not np.isfinite(grey).all():
-        bad = ~np.isfinite(grey)
-        mask = bad if mask is None else mask | bad
-    if mask is not None and mask.all():
+    mask = without_data(grey)
+    if mask.all():
         raise ValueError(f"{name} has no data: all pixels are masked, NaN or infinite")
-    return grey, mask
+    return np.ma.getdata(grey), mask if mask.any() else None
 
 
 def _best_of_cells(

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pgm_lab.ncc._map import centred, few
+from pgm_lab.ncc._map import centred, few, inner
 from pgm_lab.ncc._search import Peaks
 
 
@@ -71,7 +71,7 @@ def _covariance_of_slope(
 ) -> np.ndarray:
     """Covariance (k, 2, 2) of D, from white noise in both centred windows."""
     # p, q: shares of noise in the variances of the left and the right window
-    of_left, of_right = (_products(one, one) for one in (left, right))
+    of_left, of_right = (inner(one, one) for one in (left, right))
     p, q = _shares(of_left, of_right, r)
     # The gradients of the window with less noise, without what noise adds to them
     less = p <= q
@@ -96,7 +96,7 @@ def _one_sided(windows: np.ndarray) -> np.ndarray:
         np.stack([np.sum(windows[:, :, i] ** 2, 1), np.sum(windows[:, i] ** 2, 1)], 1)
         for i in (0, -1)
     )
-    return (last - first) / _products(windows, windows)[:, None]
+    return (last - first) / inner(windows, windows)[:, None]
 
 
 def _shares(
@@ -115,17 +115,12 @@ def _gradients(windows: np.ndarray) -> np.ndarray:
         windows[:, 1:-1, 2:] - windows[:, 1:-1, :-2],
         windows[:, 2:, 1:-1] - windows[:, :-2, 1:-1],
     )
-    variance = _products(windows, windows) / windows[0].size
+    variance = inner(windows, windows) / windows[0].size
     G = np.empty((len(windows), 2, 2))
     for i, j in ((0, 0), (0, 1), (1, 1)):
-        products = _products(twice[i], twice[j])
+        products = inner(twice[i], twice[j])
         G[:, i, j] = G[:, j, i] = products / (4 * twice[0][0].size * variance)
     return G
-
-
-def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Sums (k,) of the products of two stacks of windows."""
-    return np.vecdot(a.reshape(len(a), -1), b.reshape(len(b), -1))
 
 
 def _at_least(G: np.ndarray, smallest: np.ndarray) -> np.ndarray:
@@ -147,10 +142,10 @@ def systematic_errors(
     # Where the top was sought `along` a line, both lie on it.
     t = centred(templates)
     offset, D, K, _ = _top(few(t, centred(wider), wider))
-    inner = t[:, 1:-1, 1:-1]
+    middle = t[:, 1:-1, 1:-1]
     second = (
-        t[:, 1:-1, :-2] - 2 * inner + t[:, 1:-1, 2:],
-        t[:, :-2, 1:-1] - 2 * inner + t[:, 2:, 1:-1],
+        t[:, 1:-1, :-2] - 2 * middle + t[:, 1:-1, 2:],
+        t[:, :-2, 1:-1] - 2 * middle + t[:, 2:, 1:-1],
     )
     bend = np.stack([np.mean(d * d, axis=(1, 2)) for d in second], axis=1)
     curvature = np.maximum(np.diagonal(K, axis1=1, axis2=2), 1e-9)

@@ -297,12 +297,11 @@ def _local(
 
 
 def _design(kind: str, points: np.ndarray) -> np.ndarray:
-    """Derivatives of (dx, dy) with respect to the parameters (..., 2, u)."""
-    f = np.ones((*points.shape[:-1], 1))
+    """Derivatives of (dx, dy) with respect to the parameters (n, 2, u)."""
+    f = np.ones((len(points), 1))
     if kind == "affine":
         f = np.concatenate([f, points], axis=-1)  # 1, x, y
-    none = np.zeros_like(f)
-    return np.stack([np.concatenate([f, none], -1), np.concatenate([none, f], -1)], -2)
+    return np.kron(np.eye(2), f[:, None])
 
 
 def _refuse_one_line(kind: str, points: np.ndarray) -> None:
