@@ -105,6 +105,13 @@ def probability(value: ArrayLike, name: str) -> float:
     raise ValueError(f"{name} must lie between 0 and 1, as a probability; got {one:g}")
 
 
+def between(value: ArrayLike, name: str, least: float, most: float) -> float:
+    """Return `value` as one number from `least` to `most`."""
+    if least <= (one := number(value, name)) <= most:
+        return one
+    raise ValueError(f"{name} must lie between {least} and {most}; got {one:g}")
+
+
 def standard_deviation(sigma: ArrayLike | None, name: str = "sigma") -> float | None:
     """Return a standard deviation as one number above zero, or None if not known."""
     if sigma is None or (value := number(sigma, name)) > 0:

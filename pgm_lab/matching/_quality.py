@@ -24,9 +24,9 @@ def quality(
     The template may see two surfaces, one behind the other. Its match then belongs to
     the one with more contrast, with a high r and a small predicted standard deviation.
     But its parts disagree: five small windows in it, around the point and to its left,
-    right, top and bottom, are matched alone, each from the position that the template's
-    transformation predicts. Each ends at some distance from there; d is the largest
-    when the worst of the five is left out, since one of them may have no texture.
+    right, top and bottom, are matched alone. Each ends at some distance from where the
+    template's transformation predicts it; d is the largest but one of the five, since
+    one of them may have no texture.
 
     Parameters
     ----------

@@ -72,18 +72,13 @@ def pick(
     >>> len(points), points.min() >= 10, points.max() <= 1525
     (100, np.True_, np.True_)
     """
-    grey, mask = _image(image, "image")
     number = _validate.whole(number, "number", 1)
     template = _validate.window(template, "template")
+    grey, mask = _image(image, "image", template)
     half = template // 2
     margin = half if margin is None else _validate.whole(margin, "margin", half)
     if not 0 <= _validate.number(least, "least") < 1:
         raise ValueError(f"least must be at least 0 and below 1; got {least}")
-    if min(grey.shape) < template:
-        raise ValueError(
-            f"image must have at least {template} x {template} pixels, the template;"
-            f" got {grey.shape}"
-        )
     space = np.sqrt(grey.size / number)  # between points, if all were textured
     cell = max(2, half, int(space / 4))
     points, texture = _best_of_cells(grey, mask, template, margin, cell)
@@ -95,9 +90,11 @@ def pick(
     return points[order][spread(points[order], number, space, cell)].astype(float)
 
 
-def _image(values: ArrayLike, name: str) -> tuple[np.ndarray, np.ndarray | None]:
+def _image(
+    values: ArrayLike, name: str, size: int
+) -> tuple[np.ndarray, np.ndarray | None]:
     """Grey values in their own type, and where there are none."""
-    grey = _validate.grey_image(values, name)
+    grey = _validate.grey_image(values, name, size)
     if grey.dtype not in (np.uint8, np.uint16, np.float32, np.float64):
         grey = grey.astype(float)
     mask = without_data(grey)

@@ -35,12 +35,8 @@ class Match(Matched):
     covariance : ndarray (n, 2, 2)
         Of the position, in square pixels; NaN unless the status is "accepted".
     status : ndarray (n,) of str
-        "accepted", or the first of these that applies, as explained in
-        `matching.STATUSES`: "template leaves the image", "window leaves the image",
-        "no data in the template", "no data in the window", "flat template", "flat
-        window", "peak on the edge of the image", "peak on the border of the search",
-        "below threshold", "ambiguous", "position not determined", "left-right check
-        failed".
+        "accepted", or what went wrong first: one of `matching.STATUSES`, which
+        explains it.
     """
 
     points: np.ndarray
@@ -85,8 +81,6 @@ def match(
         Width of the square template in pixels, odd.
     search : int or (int, int)
         Width of the square search window in pixels, odd, or its (rows, columns).
-        Positions up to (search - template) / 2 from the start are searched, as far as
-        the template lies in the image.
     threshold : float
         Smallest r that counts as matched.
     ratio : float
@@ -94,14 +88,12 @@ def match(
         first; 1 switches this test off.
     refine : None or "parabola"
         Whole pixels, or the top of the paraboloid through the peak and its eight
-        neighbours. It is biased towards whole and half pixels ("pixel locking") by a
-        few hundredths of a pixel, least squares matching much less.
+        neighbours, biased towards whole and half pixels by a few hundredths of one.
     lines : array_like (n, 3), optional
-        An epipolar line a column + b row + c = 0 in the right image for each point. The
-        search window lies around the point on it nearest to the start, and only
-        positions near the line are searched. Where an edge in the photo crosses the
-        line, the match is their intersection, and its covariance allows for an error of
-        the line up to `distance`.
+        An epipolar line a column + b row + c = 0 in the right image for each point:
+        only positions near it are searched, around the one nearest to the start. Where
+        an edge crosses the line, the match is their intersection, and its covariance
+        allows for an error of the line up to `distance`.
     distance : float
         Largest distance from its line, in pixels, at least 0.5.
     back : float, optional
@@ -164,7 +156,10 @@ def match(
     start = _validate.point_list(start, "start", len(points))
     template = _validate.window(template, "template")
     search = _size(search, template)
-    _check(threshold, ratio, refine)
+    threshold = _validate.between(threshold, "threshold", -1, 1)
+    ratio = _validate.between(ratio, "ratio", 0, 1)
+    if refine is not None:
+        _validate.choice(refine, "refine", ("parabola",))
     if lines is not None:
         lines = _normal_form(lines, len(points))
     settings = Settings(template, search, threshold, ratio, refine, _width(distance))
@@ -184,15 +179,6 @@ def match(
 
 
 # --- Argument validation ---
-
-
-def _check(threshold: float, ratio: float, refine: str | None) -> None:
-    if not -1 <= _validate.number(threshold, "threshold") <= 1:
-        raise ValueError(f"threshold must lie between -1 and 1; got {threshold}")
-    if not 0 < _validate.number(ratio, "ratio") <= 1:
-        raise ValueError(f"ratio must be above 0 and at most 1; got {ratio}")
-    if refine is not None:
-        _validate.choice(refine, "refine", ("parabola",))
 
 
 def _width(distance: float) -> float:

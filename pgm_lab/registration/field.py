@@ -126,11 +126,9 @@ class Spline:
         return found
 
     def sd_at(self, places: np.ndarray) -> np.ndarray:
-        """Standard deviations (n, 2) of the field, in pixels.
-
-        Times how far each shift is from what the others predict of it, relative to
-        that: a field may be smoother than the spline takes it for.
-        """
+        """Standard deviations (n, 2) of the field, in pixels."""
+        # A field may be smoother than the spline takes it for: judged by how far each
+        # shift is from what the others predict of it
         found = np.zeros((len(places), 2))
         off = self.left_out * np.sqrt(self.free) / (self.sigma0 * self.sd[:, None])
         judged = np.sqrt(np.mean(off**2, axis=0))
@@ -147,12 +145,9 @@ class Spline:
 
 
 def fit(points: np.ndarray, shifts: np.ndarray, sd: np.ndarray) -> Field | None:
-    """Fit a field to shifts (n, 2) at points (n, 2) with standard deviations (n,).
-
-    Points that do not move as the field says are left out: first by their neighbours,
-    then by the field of the others. None where fewer than `FEWEST` agree, or all of
-    them lie on one line.
-    """
+    """Fit a field to shifts (n, 2) of some points; None where no `FEWEST` agree."""
+    # Points that do not move as the field says are left out: first by their neighbours,
+    # then by the field of the others
     good = _as_neighbours(points, shifts, sd)
     found = None
     for _ in range(MAX_ITERATIONS):

@@ -184,10 +184,8 @@ def fit(
 
     A sigma0 well above 1 means that the images differ in more than a shift and white
     noise (alias, terrain, resampling), or that the model is too simple. The covariance,
-    and what counts as a blunder, follow sigma0; residuals within 3.72 predicted
-    standard deviations are not blunders. Errors are assumed independent from point to
-    point: whole-pixel shifts, which may all be rounded to one side, are not; refine
-    them first.
+    and what counts as a blunder, follow it. Errors are assumed independent from point
+    to point: whole-pixel shifts, which may all be rounded to one side, are not.
 
     References
     ----------

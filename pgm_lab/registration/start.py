@@ -192,11 +192,8 @@ def chance(
     chip: int,
     radius: int,
 ) -> float:
-    """Pearson's r that one of a hundred chips reaches where it does not belong.
-
-    Each chip is searched for at the place of another one, half of the list from it;
-    `start` is where the points are in the sensed image. NaN if nothing was compared.
-    """
+    """Pearson's r that one of a hundred chips reaches where it does not belong."""
+    # At the place of another chip; `start` is where they are in the sensed image
     elsewhere = np.roll(start, len(start) // 2, axis=0)
     search = chip + 2 * radius
     r = ncc.match(reference, sensed, points, elsewhere, chip, search, -1.0, 1.0).r

@@ -149,11 +149,10 @@ def match_rows(
 
         The standard deviation is that of least squares matching, with the correlation
         of neighbouring residuals. Without `refine` it comes from the peak of the
-        correlation alone, and is too small by a third or so. With "sgm" it allows for
-        residuals that are large where slopes are, and contains what windows of half and
-        twice the area say differently, nearby and here; for filled cells it is how far
-        least squares moves those nearby. An error that all windows share, of the
-        orientation or in y, is not in it.
+        correlation alone, and is too small by a third or so. With "sgm" it contains
+        what windows of half and twice the area say differently; for filled cells it is
+        how far least squares moves those nearby. An error that all windows share, of
+        the orientation or in y, is not in it.
 
     Raises
     ------
@@ -194,8 +193,7 @@ def match_rows(
         raise ValueError(f"fill={fill}, refine={refine} does not go with {method!r}")
     window = _validate.window(window, "window")
     threshold = least if threshold is None else threshold
-    if not -1 <= _validate.number(threshold, "threshold") <= 1:
-        raise ValueError(f"threshold must lie between -1 and 1; got {threshold}")
+    threshold = _validate.between(threshold, "threshold", -1, 1)
     levels = _levels(L.grey.shape, _validate.whole(levels, "levels", 1, 30))
     search = _validate.whole(search, "search", 1, 1000)
 
