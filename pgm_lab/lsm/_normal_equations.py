@@ -268,10 +268,8 @@ def _weakest_gradient(N: np.ndarray) -> np.ndarray:
 def moved_by_curvature(
     design: np.ndarray, Q: np.ndarray, v: np.ndarray, larger: np.ndarray
 ) -> np.ndarray:
-    """How far a surface that is no plane moves the parameters (m, u); 0 if it is one.
-
-    The residuals v (m, k) have variances that are `larger` (m,) than with white noise.
-    """
+    """How far a surface moves the parameters (m, u); 0 if it is a plane."""
+    # The variances of the residuals v (m, k) are `larger` (m,) than with white noise.
     # (B 2.8), (B 2.9) describe a plane. On any other surface second powers of x and y
     # displace the pixels, too: with these six additional parameters the adjustment
     # finds another position, if they are significant (Fisher's test).
@@ -294,13 +292,10 @@ def moved_by_curvature(
 
 # --- How many independent pixels the grey values of a window are worth ---
 #
-# White noise is as large everywhere and independent from pixel to pixel. What is left
-# between two photos is neither: neighbours are correlated where colours were
-# interpolated or an image was compressed, blurred or resampled; and residuals are
-# larger where the texture is strong, if the windows are not quite related by (B 2.7) to
-# (B 2.9). For residuals with the covariance matrix C the covariance of the parameters
-# is N^-1 (G^T C G) N^-1: here we find by what factor it is larger for the position than
-# with white noise.
+# What is left between two photos is no white noise: neighbours are correlated where an
+# image was compressed, blurred or resampled, and residuals are larger where the texture
+# is strong. For residuals with the covariance matrix C the covariance of the parameters
+# is N^-1 (G^T C G) N^-1: here we find by what factor it is larger for the position.
 
 
 def effective_pixels(

@@ -114,7 +114,7 @@ def canvas(
         if min(right - left, bottom - top) < 2:
             continue
         part = np.ma.asarray(image[top:bottom, left:right]).astype(np.float32)
-        part = _smoothed(part.filled(np.nan), shape[i])
+        part = _smoothed(np.ma.filled(part, np.nan), shape[i])
         x = start[i, 0] - left + a[0] * u + a[1] * v
         y = start[i, 1] - top + b[0] * u + b[1] * v
         parts[i] = cv2.remap(

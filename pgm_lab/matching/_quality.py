@@ -54,10 +54,9 @@ def quality(
 
     Notes
     -----
-    Keep what reaches `RECOMMENDED_QUALITY`. It is not a probability, and says nothing
-    about precision. It cannot detect errors on which all parts agree: a repeated
-    pattern, mistaken for its neighbour, or something that moved. The left-right check
-    in `ncc.match` and a model of all points, as in relative orientation, can.
+    Keep what reaches `RECOMMENDED_QUALITY`. It says nothing about precision, and cannot
+    detect errors on which all parts agree: a repeated pattern, or something that moved.
+    The left-right check and a model of all points, as in relative orientation, can.
 
     Examples
     --------

@@ -27,8 +27,8 @@ def pick(
 ) -> np.ndarray:
     """Pick points whose templates have texture, spread over the photo.
 
-    The best point of each grid cell is taken. Of two that are closer than half a cell
-    the better one is kept; the cells are as large as possible for this number.
+    The best point of each grid cell is taken; the cells are as large as possible for
+    this number.
 
     Parameters
     ----------

@@ -25,10 +25,8 @@ TILE = 160  # px: rows and columns of a tile, or four templates
 def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
     """Correlation of a template with each window of its size in a search window.
 
-    Agrees to 1e-6 with (B 2.6f) in exact arithmetic everywhere, also for 16 bit grey
-    values with a large offset and little contrast, and for a faint window beside a
-    bright pixel.
-    (``cv2.matchTemplate`` with TM_CCOEFF_NORMED can be off by 1 there.) Many small maps
+    Agrees to 1e-6 with (B 2.6f) in exact arithmetic everywhere, also for a faint window
+    beside a bright pixel, where ``cv2.matchTemplate`` can be off by 1. Many small maps
     are computed faster in one call.
 
     Parameters

@@ -210,9 +210,8 @@ def register(
 
     Detail too fine for a pixel leaves an alias that does not move with the rest. In a
     Landsat image, reduced 2 to 4 times by averaging, 50 picked chips had errors
-    (RMSE_T) of 0.04 to 0.05 px by "lsm" without smoothing, 0.02 smoothed by 1 px, 0.006
-    to 0.008 without alias; "parabola" 0.07 to 0.11, 0.03 to 0.04 without alias. Errors
-    common to all chips, of shadows that moved or of either image, are not predicted.
+    (RMSE_T) of 0.04 to 0.05 px by "lsm" without smoothing, 0.02 smoothed by 1 px;
+    "parabola" 0.07 to 0.11. Errors common to all chips are not predicted.
 
     References
     ----------

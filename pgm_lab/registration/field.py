@@ -23,25 +23,13 @@ AT_ONCE = 5000  # places, for the rest on a lattice
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """Shifts (dx, dy) as a smooth function of the place.
+    """Shifts (dx, dy) as a smooth function of the place."""
 
-    Attributes
-    ----------
-    used : ndarray (n,) of bool
-        Which of the points that were given fit the field.
-    residuals : ndarray (n, 2)
-        Field minus shift of all of them; what was used is predicted by the others.
-    free : ndarray (n, 2)
-        Share of each shift that the others do not determine: 1 where not used.
-    sigma0 : ndarray (2,)
-        Noise of dx and dy relative to the standard deviations that were given, at
-        least 1.
-    """
-
-    used: np.ndarray
+    used: np.ndarray  # (n,) which of the points that were given fit it
+    # (n, 2) field minus shift of all of them; what was used is predicted by the others
     residuals: np.ndarray
-    free: np.ndarray
-    sigma0: np.ndarray
+    free: np.ndarray  # (n, 2) share that the others do not determine: 1 where not used
+    sigma0: np.ndarray  # (2,) noise relative to the given standard deviations, >= 1
     spline: "Spline" = field(repr=False)
 
     def at(self, places: np.ndarray) -> np.ndarray:

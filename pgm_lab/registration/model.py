@@ -115,9 +115,8 @@ class Model:
 class Local(Model):
     """A shift that changes smoothly over the image, in no simpler way.
 
-    `parameters` is the shift at the mean of the points. The residuals of the points
-    that were used are what the others predict of them, minus their shifts: as much is
-    to be expected between the points.
+    `parameters` is the shift at the mean of the points; the residuals of those used are
+    what the others predict of them, minus their shifts.
 
     Attributes
     ----------
@@ -151,9 +150,8 @@ def fit(
     exceeds 3.72 robust standard deviations (one good point in 1000) are rejected, and
     the others adjusted, until the selection no longer changes.
 
-    A local model is a thin-plate spline that is as smooth as the shifts and their
-    standard deviations make likely (restricted maximum likelihood); its blunders are
-    those that neither their neighbours nor the field of all others explain.
+    A local model is a thin-plate spline, as smooth as the shifts and their standard
+    deviations make likely (restricted maximum likelihood).
 
     Parameters
     ----------
@@ -179,10 +177,8 @@ def fit(
 
     Notes
     -----
-    Nearly half of the points may be blunders, even if they agree with each other
-    (breakdown point 50 per cent).
-
-    A sigma0 well above 1 means that the images differ in more than a shift and white
+    Nearly half of the points may be blunders, even if they agree with each other. A
+    sigma0 well above 1 means that the images differ in more than a shift and white
     noise (alias, terrain, resampling), or that the model is too simple. The covariance,
     and what counts as a blunder, follow it. Errors are assumed independent from point
     to point: whole-pixel shifts, which may all be rounded to one side, are not.

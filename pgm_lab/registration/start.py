@@ -72,11 +72,10 @@ def approximate(
 ) -> Start | None:
     """Find out roughly how two images are shifted, however far and however unevenly.
 
-    Both images are reduced until their longer side has 400 pixels at most. Chips twice
-    as wide as `chip` are found there by Pearson's correlation, up to a quarter of the
-    image away; those that agree with one affine transformation are the start. In each
-    finer level the shifts are searched for around what the level before predicts, by a
-    smooth field.
+    In both images, reduced to 400 pixels at most, chips twice as wide as `chip` are
+    found by Pearson's correlation, up to a quarter of the image away. Those that agree
+    with one affine transformation are the start; in each finer level a smooth field
+    predicts where to search.
 
     Parameters
     ----------

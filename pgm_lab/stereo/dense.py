@@ -9,6 +9,7 @@ sums over windows of the whole image at once.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple
 
 import cv2
@@ -99,12 +100,11 @@ def match_rows(
 ) -> DenseMatch:
     """Match two images whose equal rows show the same ground, in every pixel.
 
-    On each level of the image pyramid, from coarse to fine, the row is searched from
-    left to right and from right to left, around the disparities of the level above
-    that agree: by "sgm" for those which match best and are smooth along lines in three
-    directions (`cv2.StereoSGBM`), by "ncc" for the highest correlation coefficient
-    (H 1) of each cell alone. Least squares matching refines the finest level, in
-    windows shaped by local planes.
+    On each level of the image pyramid the row is searched in both directions, around
+    the disparities of the level above that agree: by "sgm" for those which match best
+    and are smooth along lines in three directions (`cv2.StereoSGBM`), by "ncc" for the
+    highest correlation coefficient (H 1) of each cell alone. Least squares matching
+    refines the finest level, in windows shaped by local planes.
 
     Parameters
     ----------
@@ -162,10 +162,9 @@ def match_rows(
 
     References
     ----------
-    Harintaka (2020), equation 4. Hirschmuller, H. (2008): Stereo processing by
-    semiglobal matching and mutual information. IEEE PAMI 30 (left-right check, small
-    patches). Gruen, A. (1985): Adaptive least squares correlation. S. Afr. J. of
-    Photogrammetry 14.
+    Harintaka (2020), equation 4. Hirschmuller (2008), Stereo processing by semiglobal
+    matching and mutual information, IEEE PAMI 30. Gruen (1985), Adaptive least squares
+    correlation, S. Afr. J. of Photogrammetry 14.
 
     Examples
     --------
@@ -315,23 +314,38 @@ def _warped(
     return cv2.remap(image, x, y, how, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
 
 
-def _in_bands(
-    work: Callable[[slice], tuple[np.ndarray, ...]],
-    rows: int,
+def _in_tiles(
+    work: Callable[[slice, slice], tuple[np.ndarray, ...]],
+    shape: tuple[int, ...],
+    tile: tuple[int, int],
     margin: int,
     done: Done,
 ) -> tuple[np.ndarray, ...]:
-    """Results of all rows from work on bands of them that overlap by a margin."""
+    """Results of all pixels from work on tiles, rows and columns, with a margin."""
     out: tuple[np.ndarray, ...] = ()
-    for first in range(0, rows, BAND):
-        band = slice(max(first - margin, 0), min(first + BAND + margin, rows))
-        found = work(band)
-        out = out or tuple(np.empty((rows, a.shape[1]), a.dtype) for a in found)
-        last, start = min(first + BAND, rows), first - band.start
-        for whole, a in zip(out, found, strict=True):
-            whole[first:last] = a[start : start + last - first]
-        done((last - first) * found[0].shape[1])
+    for row in range(0, shape[0], tile[0]):
+        for column in range(0, shape[1], tile[1]):
+            rows = slice(max(row - margin, 0), row + tile[0] + margin)
+            columns = slice(max(column - margin, 0), column + tile[1] + margin)
+            found = work(rows, columns)
+            out = out or tuple(np.empty(shape, a.dtype) for a in found)
+            # The corner that is kept
+            top, side = row - rows.start, column - columns.start
+            for whole, part in zip(out, found, strict=True):
+                part = part[top : top + tile[0], side : side + tile[1]]
+                whole[row : row + tile[0], column : column + tile[1]] = part
+            done(part.size)
     return out
+
+
+def _in_bands(
+    work: Callable[[slice], tuple[np.ndarray, ...]],
+    shape: tuple[int, ...],
+    margin: int,
+    done: Done,
+) -> tuple[np.ndarray, ...]:
+    """The same in bands of rows."""
+    return _in_tiles(lambda rows, _: work(rows), shape, (BAND, shape[1]), margin, done)
 
 
 # --- From coarse to fine ---
@@ -429,7 +443,10 @@ def _semiglobal(
             eight_bit(np.ma.array(image.grey, mask=image.mask == 0))
             for image in (lefts[k], rights[k])
         )
-        d, agree, inside = _in_tiles(one, other, start, margin, done)
+        how = one, other, start, margin
+        d, agree, inside = _in_tiles(
+            partial(_tile, *how), start.shape, (TILE, TILE), OVERLAP, done
+        )
         if k:
             start = _finer(_filled(d, agree), lefts[k - 1].grey.shape)
             margin = MARGIN
@@ -437,33 +454,20 @@ def _semiglobal(
     def work(rows: slice) -> tuple[np.ndarray]:
         return (_correlation(left, right, _rounded(d[rows]), rows, window, 0.5),)
 
-    (r,) = _in_bands(work, len(d), window // 2, done)
+    (r,) = _in_bands(work, d.shape, window // 2, done)
     return _Peaks(d, r, np.zeros_like(d), inside), agree
 
 
-def _in_tiles(
-    L: np.ndarray, R: np.ndarray, start: np.ndarray, margin: int, done: Done
-) -> list[np.ndarray]:
-    """Disparity, whether both directions agree, whether within the search."""
-    out = [np.zeros(L.shape, kind) for kind in (np.float32, bool, bool)]
-    for row in range(0, L.shape[0], TILE):
-        for column in range(0, L.shape[1], TILE):
-            # A tile with its overlap; the corner that is kept begins at (top, side)
-            rows = slice(max(row - OVERLAP, 0), row + TILE + OVERLAP)
-            columns = slice(max(column - OVERLAP, 0), column + TILE + OVERLAP)
-            top, side = row - rows.start, column - columns.start
-            found = _tile(L[rows], R[rows], start[rows, columns], columns.start, margin)
-            for whole, part in zip(out, found, strict=True):
-                part = part[top : top + TILE, side : side + TILE]
-                whole[row : row + TILE, column : column + TILE] = part
-            done(part.size)
-    return out
-
-
 def _tile(
-    L: np.ndarray, R: np.ndarray, start: np.ndarray, first: int, margin: int
+    L: np.ndarray,
+    R: np.ndarray,
+    start: np.ndarray,
+    margin: int,
+    rows: slice,
+    columns: slice,
 ) -> tuple[np.ndarray, ...]:
-    """The same for the columns from `first` on, within a margin around their start."""
+    """Disparity, whether both directions agree, whether within the search."""
+    L, R, start, first = L[rows], R[rows], start[rows, columns], columns.start
     low, high = np.percentile(start, (0.5, 99.5))
     low = int(np.floor(low)) - margin
     n = 16 * int(np.ceil((high + margin + 1 - low) / 16))
@@ -571,7 +575,7 @@ def _search(
         sd = np.sqrt(np.maximum(1 - best**2, 0) / bend) / window
         return _Peaks(middle + at + np.clip(part, -0.5, 0.5), best, sd, inside)
 
-    return _Peaks(*_in_bands(work, len(start), window // 2, done))
+    return _Peaks(*_in_bands(work, start.shape, window // 2, done))
 
 
 def _correlation(
@@ -670,7 +674,7 @@ def _least_squares(
         return _combined(refined(found, n), one, two, window)
 
     margin = iterations * (n + 2) + AROUND * max(n, large) // 2 + window + 1
-    return _Refined(*_in_bands(work, len(d), margin, done))
+    return _Refined(*_in_bands(work, d.shape, margin, done))
 
 
 def _combined(
