@@ -139,10 +139,9 @@ def solve(left: Templates, B: np.ndarray) -> Solution:
 
 def step_of_both(left: Templates, B: np.ndarray, h1: np.ndarray) -> np.ndarray:
     """Corrections q (m, 2, 3) by the mean derivatives of the left and right windows."""
-    # The left derivatives alone are quicker to use, and right where both windows are
-    # similar. Where the left one is sharper, or both are aliased, they overestimate the
-    # effect of a step, and the iteration slows down or oscillates. The mean of both is
-    # right to the second order (Benhimane and Malis 2004).
+    # Where the left window is sharper, or both are aliased, the left derivatives
+    # overestimate the effect of a step, and the iteration slows down or oscillates. The
+    # mean of both is right to the second order (Benhimane and Malis 2004).
     m, u, k = left.rows.shape
     _, x, y = window_grid((round(k**0.5) - 1) // 2)
     C, A = left.rows[:, : 8 if u == 8 else 6].copy(), left.rows[:, -1]

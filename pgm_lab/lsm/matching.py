@@ -181,14 +181,9 @@ def match(
     parameters, covariance = np.full((n, 8), np.nan), np.full((n, 8, 8), np.nan)
     sigma0, effective_pixels, r = np.full((3, n), np.nan)
     iterations = np.zeros(n, int)
+    smooth = _validate.smoothing(smooth)
     settings = _iteration.Settings(
-        half,
-        radiometric,
-        threshold,
-        tolerance,
-        max_iterations,
-        correlated,
-        _validate.smoothing(smooth),
+        half, radiometric, threshold, tolerance, max_iterations, correlated, smooth
     )
     chunk = _iteration.at_once(half)
     for first in range(0, len(usable), chunk):

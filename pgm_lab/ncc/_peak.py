@@ -12,8 +12,7 @@ def paraboloid(
     """Top of the paraboloid through 3 x 3 values, covariance, ridges, directions."""
     # r = r0 + D x - xᵀ K x / 2 with central differences for D and K. Where a line (its
     # normal, the distance of the peak, the largest) determines more than the photos do,
-    # as where a ridge crosses it, the top is sought on it, in its direction (k, 2);
-    # else zero.
+    # the top is sought on it, in its direction (k, 2); else zero.
     r = peaks.near
     step, D, K, ridge = _top(r)
     r0 = r[:, 1, 1]
@@ -134,10 +133,9 @@ def systematic_errors(
     templates: np.ndarray, wider: np.ndarray, step: np.ndarray, along: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Two errors (k, 2) of the paraboloid without noise, in pixels."""
-    # The correlation of the template with its own surroundings (`wider` by one pixel on
-    # each side) ought to have its top at the centre. It does not, because other pixels
-    # enter and leave the window: its offset is the first error. The second is pixel
-    # locking: for a wave of w radians per pixel the top is found at
+    # The first is the offset of the top for the template in its own surroundings
+    # (`wider` by one pixel on each side), since pixels enter and leave the window. The
+    # second is pixel locking: for a wave of w radians per pixel the top is found at
     # tan(w s) / (2 tan(w/2)) instead of s, short of s by about s (1 - 4 s^2) w^2 / 12.
     # Where the top was sought `along` a line, both lie on it.
     t = centred(templates)

@@ -2,8 +2,7 @@
 
 Each level of the pyramid is searched along the rows, in both directions: by semiglobal
 matching, or for the highest correlation, with local planes to smooth the disparities.
-Least squares matching refines the finest level and says how sure it is. All steps are
-sums over windows of the whole image at once.
+Least squares matching refines the finest level and says how sure it is.
 """
 
 import math
