@@ -105,6 +105,13 @@ def probability(value: ArrayLike, name: str) -> float:
     raise ValueError(f"{name} must lie between 0 and 1, as a probability; got {one:g}")
 
 
+def between(value: ArrayLike, name: str, least: float, most: float) -> float:
+    """Return `value` as one number from `least` to `most`."""
+    if least <= (one := number(value, name)) <= most:
+        return one
+    raise ValueError(f"{name} must lie between {least} and {most}; got {one:g}")
+
+
 def standard_deviation(sigma: ArrayLike | None, name: str = "sigma") -> float | None:
     """Return a standard deviation as one number above zero, or None if not known."""
     if sigma is None or (value := number(sigma, name)) > 0:
@@ -160,18 +167,6 @@ def pair(values: ArrayLike, name: str, unit: str) -> np.ndarray:
             f"{name} must be one number or (x, y) in {unit}; got {shown(values)}"
         )
     return np.broadcast_to(array, (2,))
-
-
-def noise_ratio(noise: ArrayLike) -> tuple[float, float]:
-    """Return standard deviations of left and right grey values, the larger as one."""
-    array = of_shape(noise, (2,), "noise")
-    if np.any(array < 0) or not np.any(array > 0):
-        raise ValueError(
-            "noise must be the standard deviations of the left and of the right grey"
-            f" values, not negative and not both zero; got {array.tolist()}"
-        )
-    left, right = array / array.max()
-    return float(left), float(right)
 
 
 # --- Arrays of a certain shape ---

@@ -41,7 +41,6 @@ def test_points_that_are_none_are_named(values, message):
         (lambda: _validate.window(4, "size"), "size must be an odd number of pixels"),
         (lambda: _validate.smoothing(9), "smooth must be 0, or from 0.3 to 3 px"),
         (lambda: _validate.pair([1, 2, 3], "size", "mm"), r"one number or \(x, y\)"),
-        (lambda: _validate.noise_ratio([0, 0]), "not negative and not both zero"),
         (lambda: _validate.one_point(POINTS, 2, "p"), r"shape \(2,\), one only"),
         (lambda: _validate.point_list(POINTS, "p", 3), r"must have shape \(3, 2\)"),
         (lambda: _validate.indices([0, 9], 9, "ray"), "ray must be indices from 0 to"),

@@ -10,11 +10,12 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
+import scipy
 
 from pgm_lab.image.resampling import mirrored
 from pgm_lab.lsm import _normal_equations, half_pixels
 from pgm_lab.lsm._normal_equations import put, take
+from pgm_lab.ncc.search_area import cut_out
 
 STATUS = "<U40"
 CHUNK = 128  # points at a time, or more if their windows have so many pixels in all:
@@ -22,6 +23,7 @@ PIXELS = CHUNK * 21**2  # then they stay in the cache
 MAX_REMAP = 32_766  # px, what cv2.remap can address
 SPLINE = -1  # besides OpenCV's names
 METHODS = cv2.INTER_LINEAR, cv2.INTER_LANCZOS4, SPLINE  # from rough to fine
+CROSS = np.array([[[0, 1, 0], [1, 1, 1], [0, 1, 0]]])  # a pixel and its neighbours
 COARSE = 1.0, 0.25  # px, at which the next, finer resampling takes over
 AROUND = (
     half_pixels.RADIUS + 1
@@ -48,7 +50,6 @@ class Settings:
     threshold: float
     tolerance: float
     max_iterations: int
-    noise: tuple[float, float]
     correlated: bool
     smooth: float
 
@@ -111,7 +112,7 @@ def attempt(
     good = np.flatnonzero(status == "accepted")
     template, last = take(template, good), take(last, good)
     Q, sigma0, effective, singular = _normal_equations.precision(
-        template, T[good], last, s.noise, s.correlated, s.smooth
+        template, T[good], last, s.correlated, s.smooth
     )
     # Saturated pixels have no noise: they do not show how large it is in the others
     k, u = template.rows.shape[2], Q.shape[1]
@@ -151,7 +152,9 @@ def _windows(
     no_data = np.isnan(means[:, 0])
     if s.radiometric:
         here = np.rint(T[:, :, 0]).astype(int)
-        means[:, 1] = _means_of_data(cut(right, here, s.half))
+        around = cut(right, here, s.half)
+        known = np.count_nonzero(~np.isnan(around), axis=(1, 2))
+        means[:, 1] = np.nansum(around, axis=(1, 2)) / np.maximum(known, 1)
     grey -= means[:, 0, None, None]
     grey[no_data] = 0
     m, size, _ = grey.shape
@@ -173,23 +176,10 @@ def _textured(grey: np.ndarray) -> np.ndarray:
     """How many pixels of windows (m, w, w) do not lie inside a saturated area."""
     # Inside: as bright as the brightest or as dark as the darkest, like all neighbours
     inside = np.zeros(grey.shape, bool)
-    for extreme in (grey.max(axis=(1, 2)), grey.min(axis=(1, 2))):
-        same = np.pad(
-            grey == extreme[:, None, None], ((0, 0), (1, 1), (1, 1)), constant_values=1
-        )
-        across = same[:, 1:-1, :-2] & same[:, 1:-1, 2:]
-        inside |= same[:, 1:-1, 1:-1] & across & same[:, :-2, 1:-1] & same[:, 2:, 1:-1]
+    for extreme in (np.max, np.min):
+        same = grey == extreme(grey, axis=(1, 2), keepdims=True)
+        inside |= scipy.ndimage.binary_erosion(same, CROSS, border_value=1)
     return grey[0].size - inside.sum(axis=(1, 2))
-
-
-def _means_of_data(windows: np.ndarray) -> np.ndarray:
-    """Means (m,) of the grey values of windows (m, rows, columns) that are not NaN."""
-    means = windows.mean(axis=(1, 2))
-    k = np.flatnonzero(np.isnan(means))
-    known = ~np.isnan(windows[k])
-    n = np.maximum(known.sum(axis=(1, 2)), 1)
-    means[k] = windows[k].sum(axis=(1, 2), where=known) / n
-    return means
 
 
 def _iterate(
@@ -332,32 +322,15 @@ class Parts:
 def cut(image: np.ndarray, pixels: np.ndarray, reach: int) -> np.ndarray:
     """Parts (m, size, size) of an image around pixels; NaN where there is no data."""
     # Beyond its edge the image is mirrored, as the filters of `half_pixels` do
-    size, shape = 2 * reach + 1, np.array(image.shape[::-1])
-    found = np.empty((len(pixels), size, size))
-    grey, mask = np.ma.getdata(image), np.ma.getmask(image)
-    inside = np.all((pixels >= reach) & (pixels + reach < shape), axis=1)
-    column, row = pixels[inside].T - reach
-    beside = np.arange(-reach, reach + 1)
-    columns, rows = (
-        mirrored(pixels[~inside, axis, None] + beside, n)
-        for axis, n in enumerate(shape)
-    )
-    beyond = rows[:, :, None], columns[:, None, :]
-
-    def parts(values: np.ndarray, into: np.ndarray) -> None:
-        if inside.any():
-            into[inside] = sliding_window_view(values, (size, size))[row, column]
-        if not inside.all():
-            into[~inside] = values[beyond]
-
+    size = 2 * reach + 1, 2 * reach + 1
+    grey = np.ma.getdata(image)
     with np.errstate(over="ignore"):  # too large for a float becomes infinite
-        parts(grey, found)
+        found = cut_out(grey, pixels, size, mirrored).astype(float)
     if grey.dtype.kind == "f":
         found[~np.isfinite(found)] = np.nan
-    if mask is not np.ma.nomask:
-        masked = np.empty(found.shape, bool)
-        parts(np.asarray(mask), masked)
-        found[masked] = np.nan
+    if np.ma.is_masked(image):
+        mask = np.ma.getmaskarray(image)
+        found[cut_out(mask, pixels, size, mirrored)] = np.nan
     return found
 
 

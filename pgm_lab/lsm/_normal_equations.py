@@ -139,10 +139,9 @@ def solve(left: Templates, B: np.ndarray) -> Solution:
 
 def step_of_both(left: Templates, B: np.ndarray, h1: np.ndarray) -> np.ndarray:
     """Corrections q (m, 2, 3) by the mean derivatives of the left and right windows."""
-    # The left derivatives alone are quicker to use, and right where both windows are
-    # similar. Where the left one is sharper, or both are aliased, they overestimate the
-    # effect of a step, and the iteration slows down or oscillates. The mean of both is
-    # right to the second order (Benhimane and Malis 2004).
+    # Where the left window is sharper, or both are aliased, the left derivatives
+    # overestimate the effect of a step, and the iteration slows down or oscillates. The
+    # mean of both is right to the second order (Benhimane and Malis 2004).
     m, u, k = left.rows.shape
     _, x, y = window_grid((round(k**0.5) - 1) // 2)
     C, A = left.rows[:, : 8 if u == 8 else 6].copy(), left.rows[:, -1]
@@ -178,7 +177,6 @@ def precision(
     left: Templates,
     T: np.ndarray,
     found: Solution,
-    noise: tuple[float, float] = (1.0, 1.0),
     correlated: bool = True,
     smooth: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -194,12 +192,12 @@ def precision(
     # Noise that was smoothed before is interpolated without loss
     gain = np.ones(len(T)) if smooth else _noise_gain(T, half)
     # Share of each image's noise in a residual, as parts of vᵀv / (k - u)
-    of_left, of_right = noise[0] ** 2, (noise[1] * found.h[:, 1]) ** 2
+    of_right = found.h[:, 1] ** 2
     # Interpolation averages noise, but not the part that the derivatives pick out
-    interpolated = of_left + of_right * gain
-    kept = interpolated / (of_left + of_right)
-    part = found.vv / (k - u) / interpolated
-    of_left, of_right = part * of_left, part * of_right
+    interpolated = 1 + of_right * gain
+    kept = interpolated / (1 + of_right)
+    of_left = found.vv / (k - u) / interpolated
+    of_right = of_left * of_right
     variance = of_left + of_right
     N = np.empty((len(T), u, u))
     m = left.a.shape[1]
@@ -213,7 +211,7 @@ def precision(
     S[:, :3] = S[:, 3:6] = of_left[:, None] * squares
     other[:, :6] = of_right[:, None]
     if u > m:
-        S[:, m] = part * noise[1] ** 2 * gain * k
+        S[:, m] = of_left * gain * k
         other[:, m] = of_left
     _, Q, _, singular = normal.solve(N, np.zeros(S.shape))
     QS = Q * S[:, None]
@@ -269,10 +267,8 @@ def _weakest_gradient(N: np.ndarray) -> np.ndarray:
 def moved_by_curvature(
     design: np.ndarray, Q: np.ndarray, v: np.ndarray, larger: np.ndarray
 ) -> np.ndarray:
-    """How far a surface that is no plane moves the parameters (m, u); 0 if it is one.
-
-    The residuals v (m, k) have variances that are `larger` (m,) than with white noise.
-    """
+    """How far a surface moves the parameters (m, u); 0 if it is a plane."""
+    # The variances of the residuals v (m, k) are `larger` (m,) than with white noise.
     # (B 2.8), (B 2.9) describe a plane. On any other surface second powers of x and y
     # displace the pixels, too: with these six additional parameters the adjustment
     # finds another position, if they are significant (Fisher's test).
@@ -295,13 +291,10 @@ def moved_by_curvature(
 
 # --- How many independent pixels the grey values of a window are worth ---
 #
-# White noise is as large everywhere and independent from pixel to pixel. What is left
-# between two photos is neither: neighbours are correlated where colours were
-# interpolated or an image was compressed, blurred or resampled; and residuals are
-# larger where the texture is strong, if the windows are not quite related by (B 2.7) to
-# (B 2.9). For residuals with the covariance matrix C the covariance of the parameters
-# is N^-1 (G^T C G) N^-1: here we find by what factor it is larger for the position than
-# with white noise.
+# What is left between two photos is no white noise: neighbours are correlated where an
+# image was compressed, blurred or resampled, and residuals are larger where the texture
+# is strong. For residuals with the covariance matrix C the covariance of the parameters
+# is N^-1 (G^T C G) N^-1: here we find by what factor it is larger for the position.
 
 
 def effective_pixels(

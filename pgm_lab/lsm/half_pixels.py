@@ -31,8 +31,7 @@ def coefficients(image: np.ndarray) -> np.ndarray:
 
 def inner_coefficients(parts: np.ndarray) -> np.ndarray:
     """Coefficients of parts (m, size, size), but for `RADIUS` pixels at each edge."""
-    # For many small images products with a matrix are the quickest filters. What
-    # depends on a NaN is NaN.
+    # By products with a matrix, quicker for many; what depends on a NaN is NaN
     size = parts.shape[1]
     inner = np.arange(size - 2 * RADIUS)
     K = np.zeros((2 * len(inner), size), np.float32)

@@ -40,11 +40,9 @@ class Match(Matched):
     iterations : ndarray (n,) of int
         Iterations, coarse and fine.
     status : ndarray (n,) of str
-        "accepted", or what went wrong, as explained in `matching.STATUSES`: "template
-        leaves the image", "window leaves the image", "no data in the template", "no
-        data in the window", "flat template" (also if saturation leaves fewer than twice
-        as many pixels as parameters), "flat window", "position not determined",
-        "diverged" (by more than half a window), "not converged", "below threshold".
+        "accepted", or what went wrong: one of `matching.STATUSES`, which explains it.
+        A template is flat, too, if saturation leaves fewer than twice as many pixels as
+        parameters; "diverged" is by more than half a window.
     """
 
     points: np.ndarray
@@ -71,7 +69,6 @@ def match(
     threshold: float = 0.7,
     tolerance: float = 0.02,
     max_iterations: int = 20,
-    noise: ArrayLike = (1.0, 1.0),
     correlated: bool = True,
     smooth: float = 0.0,
 ) -> Match:
@@ -81,20 +78,15 @@ def match(
     for the corrections. At the solution h1 B'_x and h1 B'_y of (B 2.11) are the
     derivatives of the left window, rotated by a1, a2, b1, b2; therefore the left window
     is differentiated, once and on its own pixels, and only grey values are
-    interpolated: quickly at first, then by a cubic spline on a doubled grid.
-
-    Where the left window is sharper than the right one, or both are aliased, the left
-    derivatives overestimate the effect of a step, and the iteration slows down or
-    oscillates: from the fifth iteration on the mean of the derivatives of both windows
-    is used. Points that do not converge even so are tried again, starting from a match
-    of images blurred by three pixels.
+    interpolated. From the fifth iteration on the mean of the derivatives of both
+    windows is used. Points that do not converge even so are tried again, starting from
+    a match of images blurred by three pixels.
 
     Parameters
     ----------
     left, right : array_like (rows, columns)
         Grey values, 8 or 16 bit or float. Pixels may be masked (`numpy.ma`), NaN or
-        infinite: points whose windows depend on them get a status. Only the parts
-        around the windows are read, so a large image takes no longer.
+        infinite: points whose windows depend on them get a status.
     points : array_like (n, 2)
         Points in the left image, (column, row) in pixels, integers at pixel centres.
         The window lies around the nearest pixel.
@@ -113,9 +105,6 @@ def match(
         Converged when an iteration moves no pixel of the window by more than this (px).
     max_iterations : int
         Limit of iterations for a point; as many again in a second attempt.
-    noise : array_like (2,)
-        Standard deviations of a grey value in the left and in the right image. Only
-        their ratio is used: their size is estimated from the residuals.
     correlated : bool
         False treats the noise as white and the surface as plane, as the textbook does.
     smooth : float
@@ -136,13 +125,12 @@ def match(
 
     Notes
     -----
-    The covariance is that of least squares with white noise, equal in both images
-    unless `noise` says otherwise; it allows for the noise in the gradients and for the
-    noise that interpolation removes. Residuals that are correlated up to two pixels
+    The covariance is that of least squares with white noise, equal in both images; it
+    allows for the noise in the gradients and for that which interpolation removes.
+    Residuals that are correlated up to two pixels
     apart, or larger where the texture is strong, count as fewer pixels
-    (`effective_pixels`), by one factor for the whole covariance. (B 2.8), (B 2.9) hold
-    on a plane: where second powers of x and y, six more parameters, are significant in
-    the residuals (Fisher's test, 1 %), the surface under the window is curved, and the
+    (`effective_pixels`). (B 2.8), (B 2.9) hold on a plane: where second powers of x and
+    y, six more parameters, are significant in the residuals (Fisher's test, 1 %), the
     square of how far they would move the position is part of its covariance. What moves
     a window without leaving such residuals is not accounted for: a part of the
     aliasing, a weaker curvature.
@@ -175,8 +163,7 @@ def match(
     n = len(points)
     start = _validate.point_list(points if start is None else start, "start", n)
     tolerance = _validate.positive_number(tolerance, "tolerance", "px")
-    if not 0 <= _validate.number(threshold, "threshold") <= 1:
-        raise ValueError(f"threshold must lie between 0 and 1; got {threshold}")
+    threshold = _validate.between(threshold, "threshold", 0, 1)
     correlated = _validate.flag(correlated, "correlated")
     max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
     # Clip points far outside: larger numbers do not fit an integer
@@ -194,15 +181,9 @@ def match(
     parameters, covariance = np.full((n, 8), np.nan), np.full((n, 8, 8), np.nan)
     sigma0, effective_pixels, r = np.full((3, n), np.nan)
     iterations = np.zeros(n, int)
+    smooth = _validate.smoothing(smooth)
     settings = _iteration.Settings(
-        half,
-        radiometric,
-        threshold,
-        tolerance,
-        max_iterations,
-        _validate.noise_ratio(noise),
-        correlated,
-        _validate.smoothing(smooth),
+        half, radiometric, threshold, tolerance, max_iterations, correlated, smooth
     )
     chunk = _iteration.at_once(half)
     for first in range(0, len(usable), chunk):

@@ -25,10 +25,8 @@ def adjust(
 ) -> Adjustment:
     """Adjust (B 2.10) with derivatives (B 2.11), both from the resampled right window.
 
-    The reference for the tests of `match`: every iteration interpolates the grey
-    values and both gradients of the right window. It is slower and returns the full
-    result of an adjustment, such as residuals and redundancy numbers of each grey
-    value.
+    The reference for the tests of `match`: slower, and with the full result of an
+    adjustment, such as residuals and redundancy numbers of each grey value.
 
     Parameters
     ----------
@@ -49,9 +47,8 @@ def adjust(
     Returns
     -------
     Adjustment
-        A stack of n problems; the last axis of residuals, redundancy numbers and
-        standardised residuals runs over the grey values of the window, row by row.
-        Status "diverged" where the window leaves the right image.
+        A stack of n problems, the grey values of each row by row. Status "diverged"
+        where the window leaves the right image.
 
     Raises
     ------

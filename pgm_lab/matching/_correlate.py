@@ -113,7 +113,8 @@ def canvas(
         (left, top), (right, bottom) = first[i], end[i]
         if min(right - left, bottom - top) < 2:
             continue
-        part = _smoothed(_floats(image[top:bottom, left:right]), shape[i])
+        part = np.ma.asarray(image[top:bottom, left:right]).astype(np.float32)
+        part = _smoothed(np.ma.filled(part, np.nan), shape[i])
         x = start[i, 0] - left + a[0] * u + a[1] * v
         y = start[i, 1] - top + b[0] * u + b[1] * v
         parts[i] = cv2.remap(
@@ -125,15 +126,6 @@ def canvas(
             borderValue=float("nan"),
         )
     return parts.reshape(-1, size)
-
-
-def _floats(part: np.ndarray) -> np.ndarray:
-    """Grey values in single precision, NaN where masked."""
-    values = np.ma.getdata(part).astype(np.float32)
-    mask = np.ma.getmask(part)
-    if np.any(mask):
-        values[mask] = np.nan
-    return values
 
 
 def _smoothed(part: np.ndarray, shape: np.ndarray) -> np.ndarray:

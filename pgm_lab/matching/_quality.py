@@ -24,9 +24,9 @@ def quality(
     The template may see two surfaces, one behind the other. Its match then belongs to
     the one with more contrast, with a high r and a small predicted standard deviation.
     But its parts disagree: five small windows in it, around the point and to its left,
-    right, top and bottom, are matched alone, each from the position that the template's
-    transformation predicts. Each ends at some distance from there; d is the largest
-    when the worst of the five is left out, since one of them may have no texture.
+    right, top and bottom, are matched alone. Each ends at some distance from where the
+    template's transformation predicts it; d is the largest but one of the five, since
+    one of them may have no texture.
 
     Parameters
     ----------
@@ -54,10 +54,9 @@ def quality(
 
     Notes
     -----
-    Keep what reaches `RECOMMENDED_QUALITY`. It is not a probability, and says nothing
-    about precision. It cannot detect errors on which all parts agree: a repeated
-    pattern, mistaken for its neighbour, or something that moved. The left-right check
-    in `ncc.match` and a model of all points, as in relative orientation, can.
+    Keep what reaches `RECOMMENDED_QUALITY`. It says nothing about precision, and cannot
+    detect errors on which all parts agree: a repeated pattern, or something that moved.
+    The left-right check and a model of all points, as in relative orientation, can.
 
     Examples
     --------

@@ -39,9 +39,8 @@ class Field:
 
     def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Positions (n, 2) in the right photo, and shapes (n, 2, 2), of left points."""
-        # An affine transformation of the nearest neighbours, weighted by their distance
-        # and without those that do not fit the others. Its shape is pulled towards that
-        # of all points, the more the closer the neighbours are to each other.
+        # An affine transformation of the neighbours, weighted by their distance; its
+        # shape is pulled towards that of all, the more the closer they are together
         middle = self.left.mean(axis=0, keepdims=True)
         m = len(self.left)
         all_of_them = np.arange(m)[None]

@@ -9,6 +9,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
+from pgm_lab.io.geotiff import without_data
 
 TILE = 1000  # pixels along a side of what is done at a time
 LSM_REACH = 10  # pixels around a template that `lsm.match` uses, and one to spare
@@ -26,8 +27,8 @@ def pick(
 ) -> np.ndarray:
     """Pick points whose templates have texture, spread over the photo.
 
-    The best point of each grid cell is taken. Of two that are closer than half a cell
-    the better one is kept; the cells are as large as possible for this number.
+    The best point of each grid cell is taken; the cells are as large as possible for
+    this number.
 
     Parameters
     ----------
@@ -71,18 +72,13 @@ def pick(
     >>> len(points), points.min() >= 10, points.max() <= 1525
     (100, np.True_, np.True_)
     """
-    grey, mask = _image(image, "image")
     number = _validate.whole(number, "number", 1)
     template = _validate.window(template, "template")
+    grey, mask = _image(image, "image", template)
     half = template // 2
     margin = half if margin is None else _validate.whole(margin, "margin", half)
     if not 0 <= _validate.number(least, "least") < 1:
         raise ValueError(f"least must be at least 0 and below 1; got {least}")
-    if min(grey.shape) < template:
-        raise ValueError(
-            f"image must have at least {template} x {template} pixels, the template;"
-            f" got {grey.shape}"
-        )
     space = np.sqrt(grey.size / number)  # between points, if all were textured
     cell = max(2, half, int(space / 4))
     points, texture = _best_of_cells(grey, mask, template, margin, cell)
@@ -94,26 +90,17 @@ def pick(
     return points[order][spread(points[order], number, space, cell)].astype(float)
 
 
-def _image(values: ArrayLike, name: str) -> tuple[np.ndarray, np.ndarray | None]:
+def _image(
+    values: ArrayLike, name: str, size: int
+) -> tuple[np.ndarray, np.ndarray | None]:
     """Grey values in their own type, and where there are none."""
-    mask: np.ndarray | None = None
-    if isinstance(values, np.ma.MaskedArray):
-        mask = np.ma.getmaskarray(values) if np.any(values.mask) else None
-        values = np.ma.getdata(values)
-    grey = _validate.numeric(values, name)
-    if grey.ndim != 2 or not grey.size:
-        raise ValueError(
-            f"{name} must have shape (rows, columns); got shape {grey.shape}."
-            ' matching.read(..., colour="grey") turns colours into grey'
-        )
+    grey = _validate.grey_image(values, name, size)
     if grey.dtype not in (np.uint8, np.uint16, np.float32, np.float64):
         grey = grey.astype(float)
-    if grey.dtype.kind == "f" and not np.isfinite(grey).all():
-        bad = ~np.isfinite(grey)
-        mask = bad if mask is None else mask | bad
-    if mask is not None and mask.all():
+    mask = without_data(grey)
+    if mask.all():
         raise ValueError(f"{name} has no data: all pixels are masked, NaN or infinite")
-    return grey, mask
+    return np.ma.getdata(grey), mask if mask.any() else None
 
 
 def _best_of_cells(

@@ -150,17 +150,16 @@ def match(
     transformation of the features near to it, and a right window of that shape is
     resampled before correlation.
 
-    With "wide" least squares begin where the feature was found, without correlation
-    (`search` and `ratio` are not used), in the template and in windows of 0.7, 0.5 and
-    0.4 of its width. Each feature gets the widest that agrees with four witnesses: the
-    next smaller window to 0.3 px, the match back to `back`, descriptor and epipolar
-    line to 1.5 px of the photo in which features are found (a million pixels or less).
-    The quality is 1 / (1 + d^2), d being the largest of the four by these limits: 1/2
-    at a limit. A curved surface moves a window by the square of its width, so that two
-    widths show it: the variance that this adds among the 64 nearest matches is part of
-    the covariance. What no witness sees: features on the edge of a near surface, whose
-    centre lies on a far one (4 to 7 in a hundred in a scene full of such edges; fewer
-    with a higher `least_quality`), and a repeated pattern mistaken along the line.
+    With "wide" least squares begin where the feature was found (`search` and `ratio`
+    are not used), in the template and in windows of 0.7, 0.5 and 0.4 of its width. Each
+    feature gets the widest that agrees with four witnesses: the next smaller window to
+    0.3 px, the match back to `back`, descriptor and epipolar line to 1.5 px of a photo
+    reduced to a million pixels. The quality is 1 / (1 + d^2), d being the largest of
+    the four by these limits. A curved surface moves a window by the square of its
+    width: the variance that two widths show is part of the covariance. What no witness
+    sees: features on the edge of a near surface, whose centre lies on a far one (4 to 7
+    in a hundred in a scene full of such edges; fewer with a higher `least_quality`),
+    and a repeated pattern mistaken along the line.
 
     References
     ----------
@@ -180,19 +179,15 @@ def match(
     left = read(left, "left", colour=colour)
     right = read(right, "right", colour=colour)
     template = _validate.window(template, "template", MIN_TEMPLATE)
-    for name, photo in (("left", left), ("right", right)):
-        if min(photo.shape) < template:
-            raise ValueError(
-                f"{name} must have at least {template} x {template} pixels, the"
-                f" template; got {photo.shape} (rows, columns)"
-            )
+    _validate.grey_image(left, "left", template)
+    _validate.grey_image(right, "right", template)
     number = _validate.whole(number, "number", 1)
-    threshold = _share(threshold, "threshold")
-    least_quality = _share(least_quality, "least_quality")
+    threshold = _validate.between(threshold, "threshold", 0, 1)
+    least_quality = _validate.between(least_quality, "least_quality", 0, 1)
     search = _validate.window(search, "search", template + 2)
     if points is not None:
         points = _validate.point_list(points, "points")
-    sizes = _size(left), _size(right)
+    sizes = left.shape[::-1], right.shape[::-1]
     lines, near = None, {}
     if isinstance(start, str):
         if shape is not None:
@@ -239,18 +234,6 @@ def match(
     )  # fmt: skip
     good = quality(left, right, points[k], fine, template)
     return _put_together(points, coarse, k, fine, good, least_quality, sizes)
-
-
-def _size(photo: np.ndarray) -> tuple[int, int]:
-    rows, columns = photo.shape
-    return columns, rows
-
-
-def _share(value: float, name: str) -> float:
-    """A number from 0 to 1."""
-    if not 0 <= _validate.number(value, name) <= 1:
-        raise ValueError(f"{name} must lie between 0 and 1; got {value}")
-    return float(value)
 
 
 def _shapes(shape: ArrayLike | None, n: int) -> np.ndarray:

@@ -25,10 +25,8 @@ TILE = 160  # px: rows and columns of a tile, or four templates
 def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
     """Correlation of a template with each window of its size in a search window.
 
-    Agrees to 1e-6 with (B 2.6f) in exact arithmetic everywhere, also for 16 bit grey
-    values with a large offset and little contrast, and for a faint window beside a
-    bright pixel.
-    (``cv2.matchTemplate`` with TM_CCOEFF_NORMED can be off by 1 there.) Many small maps
+    Agrees to 1e-6 with (B 2.6f) in exact arithmetic everywhere, also for a faint window
+    beside a bright pixel, where ``cv2.matchTemplate`` can be off by 1. Many small maps
     are computed faster in one call.
 
     Parameters
@@ -250,7 +248,7 @@ def few(t: np.ndarray, p: np.ndarray, patches: np.ndarray) -> np.ndarray:
     # The subtracted means were rounded: the remaining mean of t matters
     left = np.add.reduce(t.reshape(k, h * w), axis=1)[:, None, None] / np.sqrt(h * w)
     r -= left * total
-    t_ssd = np.vecdot(t.reshape(k, h * w), t.reshape(k, h * w))[:, None, None] - left**2
+    t_ssd = inner(t, t)[:, None, None] - left**2
     r /= np.sqrt(ssd * t_ssd)
     if faint.any():
         some = np.flatnonzero(faint.any(axis=(1, 2)))
@@ -315,9 +313,15 @@ def exponents(windows: np.ndarray) -> np.ndarray:
     return np.frexp(np.abs(windows).max(axis=(1, 2)))[1]
 
 
+def inner(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Sums (k,) of the products of two stacks of windows (k, h, w)."""
+    k, h, w = a.shape
+    return np.vecdot(a.reshape(k, h * w), b.reshape(k, h * w))
+
+
 def unit(windows: np.ndarray) -> np.ndarray:
     """Windows (k, h, w), none flat, minus their means and divided by their norms."""
     g = centred(windows)
     g -= g.mean(axis=(1, 2), keepdims=True)  # again, since the first mean was rounded
-    g /= np.sqrt(np.vecdot(*2 * [g.reshape(len(g), g[:1].size)]))[:, None, None]
+    g /= np.sqrt(inner(g, g))[:, None, None]
     return g

@@ -35,12 +35,8 @@ class Match(Matched):
     covariance : ndarray (n, 2, 2)
         Of the position, in square pixels; NaN unless the status is "accepted".
     status : ndarray (n,) of str
-        "accepted", or the first of these that applies, as explained in
-        `matching.STATUSES`: "template leaves the image", "window leaves the image",
-        "no data in the template", "no data in the window", "flat template", "flat
-        window", "peak on the edge of the image", "peak on the border of the search",
-        "below threshold", "ambiguous", "position not determined", "left-right check
-        failed".
+        "accepted", or what went wrong first: one of `matching.STATUSES`, which
+        explains it.
     """
 
     points: np.ndarray
@@ -64,7 +60,6 @@ def match(
     lines: ArrayLike | None = None,
     distance: float = 1.5,
     back: float | None = None,
-    noise: ArrayLike = (1.0, 1.0),
 ) -> Match:
     """Find points of the left image in the right one, all in one call.
 
@@ -86,8 +81,6 @@ def match(
         Width of the square template in pixels, odd.
     search : int or (int, int)
         Width of the square search window in pixels, odd, or its (rows, columns).
-        Positions up to (search - template) / 2 from the start are searched, as far as
-        the template lies in the image.
     threshold : float
         Smallest r that counts as matched.
     ratio : float
@@ -95,23 +88,18 @@ def match(
         first; 1 switches this test off.
     refine : None or "parabola"
         Whole pixels, or the top of the paraboloid through the peak and its eight
-        neighbours. It is biased towards whole and half pixels ("pixel locking") by a
-        few hundredths of a pixel, least squares matching much less.
+        neighbours, biased towards whole and half pixels by a few hundredths of one.
     lines : array_like (n, 3), optional
-        An epipolar line a column + b row + c = 0 in the right image for each point. The
-        search window lies around the point on it nearest to the start, and only
-        positions near the line are searched. Where an edge in the photo crosses the
-        line, the match is their intersection, and its covariance allows for an error of
-        the line up to `distance`.
+        An epipolar line a column + b row + c = 0 in the right image for each point:
+        only positions near it are searched, around the one nearest to the start. Where
+        an edge crosses the line, the match is their intersection, and its covariance
+        allows for an error of the line up to `distance`.
     distance : float
         Largest distance from its line, in pixels, at least 0.5.
     back : float, optional
         If given, each match is searched for again in the left image (left-right check,
         along a parallel to its line) and has to end within this distance of its point,
         in pixels; 1 is usual. Most points that only one photo sees fail.
-    noise : array_like (2,)
-        Standard deviations of a grey value in the left and in the right image. Only
-        their ratio is used: their size is estimated from r.
 
     Returns
     -------
@@ -135,16 +123,13 @@ def match(
               back=0.75)
 
     The covariance is K^-1 S K^-1 with the curvature K of the map at its peak and the
-    covariance S of its slope, from white noise that does not depend on the grey value,
-    equal in both images unless `noise` says otherwise. Of n pixels, n S = (p (1 - q) +
-    q (1 - p)) G + p q I, with the shares p and q of noise in the variances of the two
-    windows, from (1 - p)(1 - q) = r^2, and G = sum(g gᵀ) / sum((t - mean)^2) of the
-    gradients g of the window that has less noise, minus the contribution of noise to
-    them. The effect of noise in the pixels that enter and leave the right window is
-    added. For whole pixels rounding adds 1/12 px^2. For the parabola the squares of its
-    two systematic errors are added, which remain in the position: the offset that it
-    finds for the template in its own image, and pixel locking, as predicted from the
-    curvature of the template. The covariance does not account for mismatches, or for
+    covariance S of its slope, from white noise, equal in both images. Of n pixels,
+    n S = (p (1 - q) + q (1 - p)) G + p q I, with the shares p and q of noise in the
+    variances of the two windows, from (1 - p)(1 - q) = r^2, and G = sum(g gᵀ) /
+    sum((t - mean)^2) of the gradients g of the window that has less noise. For whole
+    pixels rounding adds 1/12 px^2; for the parabola the squares of its two systematic
+    errors are added, which remain in the position: the offset that it finds for the
+    template in its own image, and pixel locking. Mismatches are not accounted for, nor
     windows that differ in more than noise and shift.
 
     References
@@ -171,13 +156,13 @@ def match(
     start = _validate.point_list(start, "start", len(points))
     template = _validate.window(template, "template")
     search = _size(search, template)
-    _check(threshold, ratio, refine)
+    threshold = _validate.between(threshold, "threshold", -1, 1)
+    ratio = _validate.between(ratio, "ratio", 0, 1)
+    if refine is not None:
+        _validate.choice(refine, "refine", ("parabola",))
     if lines is not None:
         lines = _normal_form(lines, len(points))
-    settings = Settings(
-        *(template, search, threshold, ratio, refine),
-        *(_width(distance), _validate.noise_ratio(noise)),
-    )
+    settings = Settings(template, search, threshold, ratio, refine, _width(distance))
     found, r, second, covariance, status = find(
         left, right, points, start, lines, settings
     )
@@ -194,15 +179,6 @@ def match(
 
 
 # --- Argument validation ---
-
-
-def _check(threshold: float, ratio: float, refine: str | None) -> None:
-    if not -1 <= _validate.number(threshold, "threshold") <= 1:
-        raise ValueError(f"threshold must lie between -1 and 1; got {threshold}")
-    if not 0 < _validate.number(ratio, "ratio") <= 1:
-        raise ValueError(f"ratio must be above 0 and at most 1; got {ratio}")
-    if refine is not None:
-        _validate.choice(refine, "refine", ("parabola",))
 
 
 def _width(distance: float) -> float:
@@ -253,7 +229,6 @@ class Settings:
     ratio: float
     refine: str | None
     distance: float
-    noise: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -393,7 +368,7 @@ def _matched(
     line = None
     if pairs.lines is not None:
         line = pairs.lines[:, :2], search_area.distance(place, pairs.lines), s.distance
-    step, Q, ridge, along = paraboloid(peak, s.noise, line)
+    step, Q, ridge, along = paraboloid(peak, line)
     step[border | edge | ridge | (s.refine is None)] = 0.0
     if s.refine is None:
         Q += np.eye(2) / 12

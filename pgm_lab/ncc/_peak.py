@@ -2,27 +2,24 @@
 
 import numpy as np
 
-from pgm_lab.ncc._map import centred, few
+from pgm_lab.ncc._map import centred, few, inner
 from pgm_lab.ncc._search import Peaks
 
 
 def paraboloid(
-    peaks: Peaks,
-    noise: tuple[float, float],
-    line: tuple[np.ndarray, np.ndarray, float] | None,
+    peaks: Peaks, line: tuple[np.ndarray, np.ndarray, float] | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Top of the paraboloid through 3 x 3 values, covariance, ridges, directions."""
     # r = r0 + D x - xᵀ K x / 2 with central differences for D and K. Where a line (its
     # normal, the distance of the peak, the largest) determines more than the photos do,
-    # as where a ridge crosses it, the top is sought on it, in its direction (k, 2);
-    # else zero.
+    # the top is sought on it, in its direction (k, 2); else zero.
     r = peaks.near
     step, D, K, ridge = _top(r)
     r0 = r[:, 1, 1]
     # The paraboloid may rise above 1, which would imply negative noise
     top = np.minimum(r0 + np.sum(step * D, axis=1) / 2, 1 - (1 - r0) / 10)
     top[ridge] = r0[ridge]
-    S = _covariance_of_slope(peaks.left, peaks.right, top, noise)
+    S = _covariance_of_slope(peaks.left, peaks.right, top)
     inverse = np.linalg.inv(_solvable(K, ridge))
     Q = inverse @ S @ inverse
     ridge |= ~_determined(step, Q)
@@ -69,12 +66,12 @@ def _on_line(
 
 
 def _covariance_of_slope(
-    left: np.ndarray, right: np.ndarray, r: np.ndarray, noise: tuple[float, float]
+    left: np.ndarray, right: np.ndarray, r: np.ndarray
 ) -> np.ndarray:
     """Covariance (k, 2, 2) of D, from white noise in both centred windows."""
     # p, q: shares of noise in the variances of the left and the right window
-    of_left, of_right = (_products(one, one) for one in (left, right))
-    p, q = _shares(of_left, of_right, r, noise)
+    of_left, of_right = (inner(one, one) for one in (left, right))
+    p, q = _shares(of_left, of_right, r)
     # The gradients of the window with less noise, without what noise adds to them
     less = p <= q
     share = np.where(less, p, q)[:, None, None]
@@ -98,14 +95,14 @@ def _one_sided(windows: np.ndarray) -> np.ndarray:
         np.stack([np.sum(windows[:, :, i] ** 2, 1), np.sum(windows[:, i] ** 2, 1)], 1)
         for i in (0, -1)
     )
-    return (last - first) / _products(windows, windows)[:, None]
+    return (last - first) / inner(windows, windows)[:, None]
 
 
 def _shares(
-    left: np.ndarray, right: np.ndarray, r: np.ndarray, noise: tuple[float, float]
+    left: np.ndarray, right: np.ndarray, r: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Shares p, q of noise in the variances of two windows: (1 - p)(1 - q) = r^2."""
-    a, b = noise[0] ** 2 / left, noise[1] ** 2 / right
+    a, b = 1 / left, 1 / right
     c = 1 - np.maximum(r, 0.1) ** 2
     x = 2 * c / (a + b + np.sqrt((a - b) ** 2 + 4 * a * b * (1 - c)))
     return a * x, b * x
@@ -117,17 +114,12 @@ def _gradients(windows: np.ndarray) -> np.ndarray:
         windows[:, 1:-1, 2:] - windows[:, 1:-1, :-2],
         windows[:, 2:, 1:-1] - windows[:, :-2, 1:-1],
     )
-    variance = _products(windows, windows) / windows[0].size
+    variance = inner(windows, windows) / windows[0].size
     G = np.empty((len(windows), 2, 2))
     for i, j in ((0, 0), (0, 1), (1, 1)):
-        products = _products(twice[i], twice[j])
+        products = inner(twice[i], twice[j])
         G[:, i, j] = G[:, j, i] = products / (4 * twice[0][0].size * variance)
     return G
-
-
-def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Sums (k,) of the products of two stacks of windows."""
-    return np.vecdot(a.reshape(len(a), -1), b.reshape(len(b), -1))
 
 
 def _at_least(G: np.ndarray, smallest: np.ndarray) -> np.ndarray:
@@ -141,18 +133,17 @@ def systematic_errors(
     templates: np.ndarray, wider: np.ndarray, step: np.ndarray, along: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Two errors (k, 2) of the paraboloid without noise, in pixels."""
-    # The correlation of the template with its own surroundings (`wider` by one pixel on
-    # each side) ought to have its top at the centre. It does not, because other pixels
-    # enter and leave the window: its offset is the first error. The second is pixel
-    # locking: for a wave of w radians per pixel the top is found at
+    # The first is the offset of the top for the template in its own surroundings
+    # (`wider` by one pixel on each side), since pixels enter and leave the window. The
+    # second is pixel locking: for a wave of w radians per pixel the top is found at
     # tan(w s) / (2 tan(w/2)) instead of s, short of s by about s (1 - 4 s^2) w^2 / 12.
     # Where the top was sought `along` a line, both lie on it.
     t = centred(templates)
     offset, D, K, _ = _top(few(t, centred(wider), wider))
-    inner = t[:, 1:-1, 1:-1]
+    middle = t[:, 1:-1, 1:-1]
     second = (
-        t[:, 1:-1, :-2] - 2 * inner + t[:, 1:-1, 2:],
-        t[:, :-2, 1:-1] - 2 * inner + t[:, 2:, 1:-1],
+        t[:, 1:-1, :-2] - 2 * middle + t[:, 1:-1, 2:],
+        t[:, :-2, 1:-1] - 2 * middle + t[:, 2:, 1:-1],
     )
     bend = np.stack([np.mean(d * d, axis=(1, 2)) for d in second], axis=1)
     curvature = np.maximum(np.diagonal(K, axis1=1, axis2=2), 1e-9)

@@ -18,6 +18,7 @@ from pgm_lab.ncc._map import (
     exact_maps,
     exponents,
     few,
+    inner,
     products,
 )
 
@@ -121,7 +122,7 @@ def _rough_maps(
             ssd *= ssd
             ssd *= -1 / (h * w)
             ssd += box_sums(s * s, h, w)
-        t_energy, energy = (_energy(g) for g in (t, s))
+        t_energy, energy = inner(t, t), inner(s, s)
         faintest = ssd.min(axis=(1, 2))
         known = (faintest > FAINT * energy) & (np.minimum(t_energy, energy) > TINY)
         ratio = energy / np.where(known, faintest, 1)
@@ -131,12 +132,6 @@ def _rough_maps(
         np.maximum(ssd, TINY**2, out=ssd)
         np.divide(products(t, s), np.sqrt(ssd, out=ssd), out=found[part, :-1])
     return found, error
-
-
-def _energy(windows: np.ndarray) -> np.ndarray:
-    """Sum of squares of each window."""
-    rows = windows.reshape(len(windows), -1)
-    return np.vecdot(rows, rows)
 
 
 def _single(windows: np.ndarray) -> np.ndarray:
@@ -189,7 +184,7 @@ def _cut(
 
 def _coefficients(left: np.ndarray, windows: np.ndarray) -> np.ndarray:
     """Correlations (k,) of centred left windows with others; 0 where one is flat."""
-    a, b = (g.reshape(len(g), -1) for g in (left, centred(windows)))
-    b -= b.mean(axis=1, keepdims=True)  # again, since the first mean was rounded
-    norm = np.sqrt(np.vecdot(a, a) * np.vecdot(b, b))
-    return np.divide(np.vecdot(a, b), norm, out=np.zeros(len(a)), where=norm > 0)
+    b = centred(windows)
+    b -= b.mean(axis=(1, 2), keepdims=True)  # again, since the first mean was rounded
+    norm = np.sqrt(inner(left, left) * inner(b, b))
+    return np.divide(inner(left, b), norm, out=np.zeros(len(b)), where=norm > 0)

@@ -30,9 +30,8 @@ class Regression:
 def correlation(a: ArrayLike, b: ArrayLike) -> float:
     """Correlation coefficient of two windows of grey values.
 
-    1 where b is a positive linear function of a, whatever its gain and offset; -1 for
-    a negative one (a photo and its negative); near 0 for windows with nothing in
-    common. The means are subtracted first, so that no digits are lost.
+    1 where b is a positive linear function of a, -1 for a negative one (a photo and its
+    negative); near 0 for windows with nothing in common.
 
     Parameters
     ----------
@@ -69,13 +68,10 @@ def correlation(a: ArrayLike, b: ArrayLike) -> float:
 def regression(a: ArrayLike, b: ArrayLike) -> Regression:
     """Offset, gain and correlation of two windows, by the computing form.
 
-    b is regressed on a: b = alpha + beta a, as x = a and y = b in (B 2.6d). Least
-    squares matching needs the other direction, left = h0 + h1 right (B 2.7): with
-    a = right and b = left, h0 = alpha and h1 = beta. (The gain of the other direction
-    is not 1 / beta but r^2 / beta.)
-
-    The computing form takes the difference of large numbers: where the mean is 10^k
-    times the standard deviation, it loses 2k of the 16 digits; `correlation` none.
+    b is regressed on a: b = alpha + beta a, as x = a and y = b in (B 2.6d). With
+    a = right and b = left, h0 = alpha and h1 = beta of least squares matching (B 2.7).
+    Where the mean is 10^k times the standard deviation, the computing form loses 2k of
+    the 16 digits; `correlation` none.
 
     Parameters
     ----------

@@ -1,5 +1,7 @@
 """What is searched in the right image: windows, lines, pixels without data."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
@@ -42,18 +44,26 @@ def touching(missing: np.ndarray, size: int) -> np.ndarray:
     return n[:, :, size:] > n[:, :, :-size]
 
 
-def cut_out(grey: np.ndarray, centre: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Windows of an image; beyond its edge the last row or column is repeated."""
+def nearest(place: np.ndarray, n: int) -> np.ndarray:
+    """Rows or columns of n that stand for those at any place: the last, repeated."""
+    return np.clip(place, 0, n - 1)
+
+
+def cut_out(
+    grey: np.ndarray,
+    centre: np.ndarray,
+    size: tuple[int, int],
+    beyond: Callable[[np.ndarray, int], np.ndarray] = nearest,
+) -> np.ndarray:
+    """Windows of an image, which may go on beyond its edge."""
     half = np.array(size[::-1]) // 2
     first = (centre - half).astype(int)
     last = first + size[::-1]
     if np.all((first >= 0) & (last <= grey.shape[::-1])) and len(centre):
         column, row = first.T
         return sliding_window_view(grey, size)[row, column]
-    column = first[:, :1] + np.arange(size[1])
-    row = first[:, 1:] + np.arange(size[0])
-    row = np.clip(row, 0, grey.shape[0] - 1)
-    column = np.clip(column, 0, grey.shape[1] - 1)
+    column = beyond(first[:, :1] + np.arange(size[1]), grey.shape[1])
+    row = beyond(first[:, 1:] + np.arange(size[0]), grey.shape[0])
     return grey[row[:, :, None], column[:, None, :]]
 
 

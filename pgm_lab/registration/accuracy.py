@@ -115,7 +115,6 @@ def accuracy(dx: ArrayLike, dy: ArrayLike) -> Accuracy:
 def _summary(shifts: np.ndarray) -> Accuracy:
     """Sums of shifts (n, 2)."""
     n = len(shifts)
-    mean, median = shifts.mean(axis=0), np.median(shifts, axis=0)
     rmse = np.sqrt(np.mean(shifts**2, axis=0))  # (Br 2), (Br 3)
     rmse_t = float(np.hypot(*rmse))  # (Br 4)
     length = np.hypot(*shifts.T)
@@ -124,9 +123,9 @@ def _summary(shifts: np.ndarray) -> Accuracy:
         sd = shifts.std(axis=0, ddof=1)
         sd_of_square = np.std(length**2, ddof=1)
     sd_rmse_t = sd_of_square / (2 * rmse_t * np.sqrt(n)) if rmse_t else 0 * sd_of_square
-    spread = nmad(shifts, axis=0)
-    of_both = {"mean": mean, "sd": sd, "sd_mean": sd / np.sqrt(n), "rmse": rmse}
-    of_both |= {"median": median, "spread": spread}
+    of_both = {"mean": shifts.mean(axis=0), "sd": sd, "sd_mean": sd / np.sqrt(n)}
+    of_both |= {"rmse": rmse, "median": np.median(shifts, axis=0)}
+    of_both["spread"] = nmad(shifts, axis=0)
     numbers: dict[str, Any] = {
         f"{name}_{axis}": float(value)
         for name, pair in of_both.items()

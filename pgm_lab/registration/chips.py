@@ -145,8 +145,7 @@ def register(
 
     The chip around each point is compared with every position up to `radius` pixels
     away in the sensed image; it matches where Pearson's r (Br 1) is highest; the shift
-    is sensed minus reference. It is accepted only if it passes all tests, not by r
-    alone.
+    is sensed minus reference.
 
     Parameters
     ----------
@@ -199,23 +198,20 @@ def register(
     -----
     The statuses are those of `ncc.match` and `lsm.match`, and two more. "not precise
     enough": the predicted standard deviation is above `largest_sd`. "changed": textured
-    in both images, yet similar to nothing within the radius. 1 - r^2 is the share of a
-    chip's variance V that the other image does not explain. With the eight nearest
-    accepted chips, a chip should reach an R with
+    in both images, yet similar to nothing within the radius, as a ploughed field. With
+    the eight nearest accepted chips (of at least five), of the variances V, a chip
+    should reach an R with
 
         1 - R^2 = max(median(1 - r^2), min((1 - r^2) V) / V)
 
-    in either image: the losses by sampling and by noise. It changed if R would
-    have been accepted, but less than half of V is explained, and the signal-to-noise
-    ratio r^2 : (1 - r^2) is below a quarter of that of R: a ploughed field, a cloud
-    with texture, an object that moved farther than the radius. At least five chips must
-    be accepted.
+    in either image: the losses by sampling and by noise. It changed if R would have
+    been accepted, but less than half of V is explained, and the signal-to-noise ratio
+    r^2 : (1 - r^2) is below a quarter of that of R.
 
     Detail too fine for a pixel leaves an alias that does not move with the rest. In a
     Landsat image, reduced 2 to 4 times by averaging, 50 picked chips had errors
-    (RMSE_T) of 0.04 to 0.05 px by "lsm" without smoothing, 0.02 smoothed by 1 px, 0.006
-    to 0.008 without alias; "parabola" 0.07 to 0.11, 0.03 to 0.04 without alias. Errors
-    common to all chips, of shadows that moved or of either image, are not predicted.
+    (RMSE_T) of 0.04 to 0.05 px by "lsm" without smoothing, 0.02 smoothed by 1 px;
+    "parabola" 0.07 to 0.11. Errors common to all chips are not predicted.
 
     References
     ----------
@@ -306,11 +302,7 @@ def register(
 def _factor(
     match: Callable[..., lsm.Match], points: np.ndarray, place: np.ndarray, chip: int
 ) -> float:
-    """Errors relative to the predicted ones; 1 unless more than chance.
-
-    The four chips side by side have independent errors, and the third difference of
-    their shifts is free of the shift itself, even if that changes over the image.
-    """
+    """Errors relative to the predicted ones; 1 unless more than chance."""
     some = slice(None, None, -(-len(points) // SAMPLE) or 1)
     points, place = points[some], place[some]
     # (n, axis, 4, 2): side by side along the columns, and along the rows

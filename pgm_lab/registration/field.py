@@ -23,25 +23,13 @@ AT_ONCE = 5000  # places, for the rest on a lattice
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """Shifts (dx, dy) as a smooth function of the place.
+    """Shifts (dx, dy) as a smooth function of the place."""
 
-    Attributes
-    ----------
-    used : ndarray (n,) of bool
-        Which of the points that were given fit the field.
-    residuals : ndarray (n, 2)
-        Field minus shift of all of them; what was used is predicted by the others.
-    free : ndarray (n, 2)
-        Share of each shift that the others do not determine: 1 where not used.
-    sigma0 : ndarray (2,)
-        Noise of dx and dy relative to the standard deviations that were given, at
-        least 1.
-    """
-
-    used: np.ndarray
+    used: np.ndarray  # (n,) which of the points that were given fit it
+    # (n, 2) field minus shift of all of them; what was used is predicted by the others
     residuals: np.ndarray
-    free: np.ndarray
-    sigma0: np.ndarray
+    free: np.ndarray  # (n, 2) share that the others do not determine: 1 where not used
+    sigma0: np.ndarray  # (2,) noise relative to the given standard deviations, >= 1
     spline: "Spline" = field(repr=False)
 
     def at(self, places: np.ndarray) -> np.ndarray:
@@ -126,11 +114,9 @@ class Spline:
         return found
 
     def sd_at(self, places: np.ndarray) -> np.ndarray:
-        """Standard deviations (n, 2) of the field, in pixels.
-
-        Times how far each shift is from what the others predict of it, relative to
-        that: a field may be smoother than the spline takes it for.
-        """
+        """Standard deviations (n, 2) of the field, in pixels."""
+        # A field may be smoother than the spline takes it for: judged by how far each
+        # shift is from what the others predict of it
         found = np.zeros((len(places), 2))
         off = self.left_out * np.sqrt(self.free) / (self.sigma0 * self.sd[:, None])
         judged = np.sqrt(np.mean(off**2, axis=0))
@@ -147,12 +133,9 @@ class Spline:
 
 
 def fit(points: np.ndarray, shifts: np.ndarray, sd: np.ndarray) -> Field | None:
-    """Fit a field to shifts (n, 2) at points (n, 2) with standard deviations (n,).
-
-    Points that do not move as the field says are left out: first by their neighbours,
-    then by the field of the others. None where fewer than `FEWEST` agree, or all of
-    them lie on one line.
-    """
+    """Fit a field to shifts (n, 2) of some points; None where no `FEWEST` agree."""
+    # Points that do not move as the field says are left out: first by their neighbours,
+    # then by the field of the others
     good = _as_neighbours(points, shifts, sd)
     found = None
     for _ in range(MAX_ITERATIONS):

@@ -115,9 +115,8 @@ class Model:
 class Local(Model):
     """A shift that changes smoothly over the image, in no simpler way.
 
-    `parameters` is the shift at the mean of the points. The residuals of the points
-    that were used are what the others predict of them, minus their shifts: as much is
-    to be expected between the points.
+    `parameters` is the shift at the mean of the points; the residuals of those used are
+    what the others predict of them, minus their shifts.
 
     Attributes
     ----------
@@ -151,9 +150,8 @@ def fit(
     exceeds 3.72 robust standard deviations (one good point in 1000) are rejected, and
     the others adjusted, until the selection no longer changes.
 
-    A local model is a thin-plate spline that is as smooth as the shifts and their
-    standard deviations make likely (restricted maximum likelihood); its blunders are
-    those that neither their neighbours nor the field of all others explain.
+    A local model is a thin-plate spline, as smooth as the shifts and their standard
+    deviations make likely (restricted maximum likelihood).
 
     Parameters
     ----------
@@ -179,15 +177,11 @@ def fit(
 
     Notes
     -----
-    Nearly half of the points may be blunders, even if they agree with each other
-    (breakdown point 50 per cent).
-
-    A sigma0 well above 1 means that the images differ in more than a shift and white
+    Nearly half of the points may be blunders, even if they agree with each other. A
+    sigma0 well above 1 means that the images differ in more than a shift and white
     noise (alias, terrain, resampling), or that the model is too simple. The covariance,
-    and what counts as a blunder, follow sigma0; residuals within 3.72 predicted
-    standard deviations are not blunders. Errors are assumed independent from point to
-    point: whole-pixel shifts, which may all be rounded to one side, are not; refine
-    them first.
+    and what counts as a blunder, follow it. Errors are assumed independent from point
+    to point: whole-pixel shifts, which may all be rounded to one side, are not.
 
     References
     ----------
@@ -297,12 +291,11 @@ def _local(
 
 
 def _design(kind: str, points: np.ndarray) -> np.ndarray:
-    """Derivatives of (dx, dy) with respect to the parameters (..., 2, u)."""
-    f = np.ones((*points.shape[:-1], 1))
+    """Derivatives of (dx, dy) with respect to the parameters (n, 2, u)."""
+    f = np.ones((len(points), 1))
     if kind == "affine":
         f = np.concatenate([f, points], axis=-1)  # 1, x, y
-    none = np.zeros_like(f)
-    return np.stack([np.concatenate([f, none], -1), np.concatenate([none, f], -1)], -2)
+    return np.kron(np.eye(2), f[:, None])
 
 
 def _refuse_one_line(kind: str, points: np.ndarray) -> None:

@@ -118,22 +118,14 @@ def pick(
     >>> len(points), points.min() >= 13
     (50, np.True_)
     """
-    image = _validate.grey_image(image, "image")
     chip = _validate.window(chip, "chip")
-    radius = _validate.whole(radius, "radius", 0)
-    offset = _validate.of_shape(offset, (2,), "offset")
+    reach = chip // 2 + _validate.whole(radius, "radius", 0)
+    seen = None
     if sensed is not None:
-        sensed = _validate.grey_image(sensed, "sensed")
-    for one, name in ((image, "image"), (sensed, "sensed")):
-        if one is not None and min(np.shape(one)) < chip:
-            raise ValueError(
-                f"{name} must have at least {chip} x {chip} pixels, as many as a chip;"
-                f" got {np.shape(one)}"
-            )
-    seen = (
-        None if sensed is None else partial(_seen, sensed, offset, chip // 2 + radius)
-    )
-    return matching.pick(image, number, chip, margin=chip // 2 + radius, seen=seen)
+        sensed = _validate.grey_image(sensed, "sensed", chip)
+        offset = _validate.of_shape(offset, (2,), "offset")
+        seen = partial(_seen, sensed, offset, reach)
+    return matching.pick(image, number, chip, margin=reach, seen=seen)
 
 
 def _seen(
@@ -350,31 +342,24 @@ def _warped(raster: Raster, grid: Raster) -> Raster:
     from rasterio.vrt import WarpedVRT
     from rasterio.warp import Resampling
 
-    source = np.where(raster.mask, np.nan, raster.grey).astype(np.float32)
     there, here = (
-        rasterio.Affine(*np.column_stack(r.affine()).ravel()) for r in (raster, grid)
+        {
+            **dict(zip(("height", "width"), one.grey.shape)),
+            "transform": rasterio.Affine(*np.column_stack(one.affine()).ravel()),
+            "crs": one.crs or ANY_MAP,
+        }
+        for one in (raster, grid)
     )
-    (rows, columns), (height, width) = source.shape, grid.grey.shape
-    of_source = {"driver": "GTiff", "count": 1, "dtype": "float32", "nodata": np.nan}
-    of_source |= {"height": rows, "width": columns}
-    of_grid = {"height": height, "width": width, "resampling": Resampling.cubic}
+    there |= {"driver": "GTiff", "count": 1, "dtype": "float32", "nodata": np.nan}
+    here |= {"tolerance": EXACT, "resampling": Resampling.cubic}
     with MemoryFile() as memory:
-        with memory.open(transform=there, crs=raster.crs or ANY_MAP, **of_source) as f:
-            f.write(source, 1)
+        with memory.open(**there) as file:
+            file.write(np.where(raster.mask, np.nan, raster.grey).astype(np.float32), 1)
         # `rasterio.warp.reproject` is off by up to an eighth of a pixel
-        with (
-            memory.open() as file,
-            WarpedVRT(
-                file,
-                transform=here,
-                crs=grid.crs or ANY_MAP,
-                tolerance=EXACT,
-                **of_grid,
-            ) as warped,
-        ):
+        with memory.open() as file, WarpedVRT(file, **here) as warped:
             found = warped.read(1)
     mask = ~np.isfinite(found)
     found[mask] = 0
     grey = as_type(found, raster.grey.dtype)
-    place = grid.transform, grid.crs, grid.pixel_size
-    return Raster(grey, mask, *place, raster.nodata, raster.path, beside=raster.beside)
+    place = {name: getattr(grid, name) for name in ("transform", "crs", "pixel_size")}
+    return replace(raster, grey=grey, mask=mask, remark="", **place)

@@ -72,11 +72,10 @@ def approximate(
 ) -> Start | None:
     """Find out roughly how two images are shifted, however far and however unevenly.
 
-    Both images are reduced until their longer side has 400 pixels at most. Chips twice
-    as wide as `chip` are found there by Pearson's correlation, up to a quarter of the
-    image away; those that agree with one affine transformation are the start. In each
-    finer level the shifts are searched for around what the level before predicts, by a
-    smooth field.
+    In both images, reduced to 400 pixels at most, chips twice as wide as `chip` are
+    found by Pearson's correlation, up to a quarter of the image away. Those that agree
+    with one affine transformation are the start; in each finer level a smooth field
+    predicts where to search.
 
     Parameters
     ----------
@@ -192,11 +191,8 @@ def chance(
     chip: int,
     radius: int,
 ) -> float:
-    """Pearson's r that one of a hundred chips reaches where it does not belong.
-
-    Each chip is searched for at the place of another one, half of the list from it;
-    `start` is where the points are in the sensed image. NaN if nothing was compared.
-    """
+    """Pearson's r that one of a hundred chips reaches where it does not belong."""
+    # At the place of another chip; `start` is where they are in the sensed image
     elsewhere = np.roll(start, len(start) // 2, axis=0)
     search = chip + 2 * radius
     r = ncc.match(reference, sensed, points, elsewhere, chip, search, -1.0, 1.0).r

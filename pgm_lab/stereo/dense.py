@@ -2,13 +2,13 @@
 
 Each level of the pyramid is searched along the rows, in both directions: by semiglobal
 matching, or for the highest correlation, with local planes to smooth the disparities.
-Least squares matching refines the finest level and says how sure it is. All steps are
-sums over windows of the whole image at once.
+Least squares matching refines the finest level and says how sure it is.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple
 
 import cv2
@@ -99,12 +99,11 @@ def match_rows(
 ) -> DenseMatch:
     """Match two images whose equal rows show the same ground, in every pixel.
 
-    On each level of the image pyramid, from coarse to fine, the row is searched from
-    left to right and from right to left, around the disparities of the level above
-    that agree: by "sgm" for those which match best and are smooth along lines in three
-    directions (`cv2.StereoSGBM`), by "ncc" for the highest correlation coefficient
-    (H 1) of each cell alone. Least squares matching refines the finest level, in
-    windows shaped by local planes.
+    On each level of the image pyramid the row is searched in both directions, around
+    the disparities of the level above that agree: by "sgm" for those which match best
+    and are smooth along lines in three directions (`cv2.StereoSGBM`), by "ncc" for the
+    highest correlation coefficient (H 1) of each cell alone. Least squares matching
+    refines the finest level, in windows shaped by local planes.
 
     Parameters
     ----------
@@ -149,11 +148,10 @@ def match_rows(
 
         The standard deviation is that of least squares matching, with the correlation
         of neighbouring residuals. Without `refine` it comes from the peak of the
-        correlation alone, and is too small by a third or so. With "sgm" it allows for
-        residuals that are large where slopes are, and contains what windows of half and
-        twice the area say differently, nearby and here; for filled cells it is how far
-        least squares moves those nearby. An error that all windows share, of the
-        orientation or in y, is not in it.
+        correlation alone, and is too small by a third or so. With "sgm" it contains
+        what windows of half and twice the area say differently; for filled cells it is
+        how far least squares moves those nearby. An error that all windows share, of
+        the orientation or in y, is not in it.
 
     Raises
     ------
@@ -163,10 +161,9 @@ def match_rows(
 
     References
     ----------
-    Harintaka (2020), equation 4. Hirschmuller, H. (2008): Stereo processing by
-    semiglobal matching and mutual information. IEEE PAMI 30 (left-right check, small
-    patches). Gruen, A. (1985): Adaptive least squares correlation. S. Afr. J. of
-    Photogrammetry 14.
+    Harintaka (2020), equation 4. Hirschmuller (2008), Stereo processing by semiglobal
+    matching and mutual information, IEEE PAMI 30. Gruen (1985), Adaptive least squares
+    correlation, S. Afr. J. of Photogrammetry 14.
 
     Examples
     --------
@@ -194,8 +191,7 @@ def match_rows(
         raise ValueError(f"fill={fill}, refine={refine} does not go with {method!r}")
     window = _validate.window(window, "window")
     threshold = least if threshold is None else threshold
-    if not -1 <= _validate.number(threshold, "threshold") <= 1:
-        raise ValueError(f"threshold must lie between -1 and 1; got {threshold}")
+    threshold = _validate.between(threshold, "threshold", -1, 1)
     levels = _levels(L.grey.shape, _validate.whole(levels, "levels", 1, 30))
     search = _validate.whole(search, "search", 1, 1000)
 
@@ -317,23 +313,38 @@ def _warped(
     return cv2.remap(image, x, y, how, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
 
 
-def _in_bands(
-    work: Callable[[slice], tuple[np.ndarray, ...]],
-    rows: int,
+def _in_tiles(
+    work: Callable[[slice, slice], tuple[np.ndarray, ...]],
+    shape: tuple[int, ...],
+    tile: tuple[int, int],
     margin: int,
     done: Done,
 ) -> tuple[np.ndarray, ...]:
-    """Results of all rows from work on bands of them that overlap by a margin."""
+    """Results of all pixels from work on tiles, rows and columns, with a margin."""
     out: tuple[np.ndarray, ...] = ()
-    for first in range(0, rows, BAND):
-        band = slice(max(first - margin, 0), min(first + BAND + margin, rows))
-        found = work(band)
-        out = out or tuple(np.empty((rows, a.shape[1]), a.dtype) for a in found)
-        last, start = min(first + BAND, rows), first - band.start
-        for whole, a in zip(out, found, strict=True):
-            whole[first:last] = a[start : start + last - first]
-        done((last - first) * found[0].shape[1])
+    for row in range(0, shape[0], tile[0]):
+        for column in range(0, shape[1], tile[1]):
+            rows = slice(max(row - margin, 0), row + tile[0] + margin)
+            columns = slice(max(column - margin, 0), column + tile[1] + margin)
+            found = work(rows, columns)
+            out = out or tuple(np.empty(shape, a.dtype) for a in found)
+            # The corner that is kept
+            top, side = row - rows.start, column - columns.start
+            for whole, part in zip(out, found, strict=True):
+                part = part[top : top + tile[0], side : side + tile[1]]
+                whole[row : row + tile[0], column : column + tile[1]] = part
+            done(part.size)
     return out
+
+
+def _in_bands(
+    work: Callable[[slice], tuple[np.ndarray, ...]],
+    shape: tuple[int, ...],
+    margin: int,
+    done: Done,
+) -> tuple[np.ndarray, ...]:
+    """The same in bands of rows."""
+    return _in_tiles(lambda rows, _: work(rows), shape, (BAND, shape[1]), margin, done)
 
 
 # --- From coarse to fine ---
@@ -431,42 +442,31 @@ def _semiglobal(
             eight_bit(np.ma.array(image.grey, mask=image.mask == 0))
             for image in (lefts[k], rights[k])
         )
-        d, agree, inside = _in_tiles(one, other, start, margin, done)
+        how = one, other, start, margin
+        d, agree, inside = _in_tiles(
+            partial(_tile, *how), start.shape, (TILE, TILE), OVERLAP, done
+        )
         if k:
             start = _finer(_filled(d, agree), lefts[k - 1].grey.shape)
             margin = MARGIN
 
     def work(rows: slice) -> tuple[np.ndarray]:
-        part, at = _Image(left.grey[rows], left.mask[rows]), _rounded(d[rows])
-        return (_correlation(part, right, at, rows.start, window, 0.5),)
+        return (_correlation(left, right, _rounded(d[rows]), rows, window, 0.5),)
 
-    (r,) = _in_bands(work, len(d), window // 2, done)
+    (r,) = _in_bands(work, d.shape, window // 2, done)
     return _Peaks(d, r, np.zeros_like(d), inside), agree
 
 
-def _in_tiles(
-    L: np.ndarray, R: np.ndarray, start: np.ndarray, margin: int, done: Done
-) -> list[np.ndarray]:
-    """Disparity, whether both directions agree, whether within the search."""
-    out = [np.zeros(L.shape, kind) for kind in (np.float32, bool, bool)]
-    for row in range(0, L.shape[0], TILE):
-        for column in range(0, L.shape[1], TILE):
-            # A tile with its overlap; the corner that is kept begins at (top, side)
-            rows = slice(max(row - OVERLAP, 0), row + TILE + OVERLAP)
-            columns = slice(max(column - OVERLAP, 0), column + TILE + OVERLAP)
-            top, side = row - rows.start, column - columns.start
-            found = _tile(L[rows], R[rows], start[rows, columns], columns.start, margin)
-            for whole, part in zip(out, found, strict=True):
-                part = part[top : top + TILE, side : side + TILE]
-                whole[row : row + TILE, column : column + TILE] = part
-            done(part.size)
-    return out
-
-
 def _tile(
-    L: np.ndarray, R: np.ndarray, start: np.ndarray, first: int, margin: int
+    L: np.ndarray,
+    R: np.ndarray,
+    start: np.ndarray,
+    margin: int,
+    rows: slice,
+    columns: slice,
 ) -> tuple[np.ndarray, ...]:
-    """The same for the columns from `first` on, within a margin around their start."""
+    """Disparity, whether both directions agree, whether within the search."""
+    L, R, start, first = L[rows], R[rows], start[rows, columns], columns.start
     low, high = np.percentile(start, (0.5, 99.5))
     low = int(np.floor(low)) - margin
     n = 16 * int(np.ceil((high + margin + 1 - low) / 16))
@@ -553,54 +553,41 @@ def _search(
     """Highest correlation within `reach`; `least` is the share that must be image."""
 
     def work(rows: slice) -> _Peaks:
-        part = _Image(left.grey[rows], left.mask[rows])
-        return _band_peaks(part, right, start[rows], rows.start, window, reach, least)
+        middle = _rounded(start[rows])
+        # The highest correlation so far, and those one pixel before and after it
+        best, before, after, last = np.full((4, *middle.shape), -1, np.float32)
+        at = np.zeros_like(best)
+        for offset in range(-reach, reach + 1):
+            r = _correlation(left, right, middle + offset, rows, window, least)
+            np.copyto(after, r, where=at == offset - 1)
+            higher = r > best
+            np.copyto(before, last, where=higher)
+            np.copyto(best, r, where=higher)
+            np.copyto(after, -1, where=higher)
+            at[higher] = offset
+            last = r
+        # The top of the parabola through the three
+        inside = (np.abs(at) < reach) & (before > -1) & (after > -1)
+        bend = np.maximum(2 * best - before - after, 1e-6)
+        part = np.where(inside, (after - before) / (2 * bend), 0)
+        # sd^2 = sigma^2 / sum g^2, with 1 - r^2 = sigma^2 / var, bend = mean g^2 / var
+        sd = np.sqrt(np.maximum(1 - best**2, 0) / bend) / window
+        return _Peaks(middle + at + np.clip(part, -0.5, 0.5), best, sd, inside)
 
-    return _Peaks(*_in_bands(work, len(start), window // 2, done))
-
-
-def _band_peaks(
-    left: _Image,
-    right: _Image,
-    start: np.ndarray,
-    row: int,
-    window: int,
-    reach: int,
-    least: float,
-) -> _Peaks:
-    start = _rounded(start)
-    # The highest correlation so far, and those one pixel before and after it
-    best, before, after, last = (np.full(start.shape, -1, np.float32) for _ in range(4))
-    at = np.zeros(start.shape, np.float32)
-    for offset in range(-reach, reach + 1):
-        r = _correlation(left, right, start + offset, row, window, least)
-        np.copyto(after, r, where=at == offset - 1)
-        higher = r > best
-        np.copyto(before, last, where=higher)
-        np.copyto(best, r, where=higher)
-        np.copyto(after, -1, where=higher)
-        at[higher] = offset
-        last = r
-    # The top of the parabola through the three
-    inside = (np.abs(at) < reach) & (before > -1) & (after > -1)
-    bend = np.maximum(2 * best - before - after, 1e-6)
-    part = np.where(inside, (after - before) / (2 * bend), 0)
-    # sd^2 = sigma^2 / sum g^2, with 1 - r^2 = sigma^2 / var and bend = mean g^2 / var
-    sd = np.sqrt(np.maximum(1 - best**2, 0) / bend) / window
-    return _Peaks(start + at + np.clip(part, -0.5, 0.5), best, sd, inside)
+    return _Peaks(*_in_bands(work, start.shape, window // 2, done))
 
 
 def _correlation(
-    left: _Image, right: _Image, d: np.ndarray, row: int, window: int, least: float
+    left: _Image, right: _Image, d: np.ndarray, rows: slice, window: int, least: float
 ) -> np.ndarray:
-    """Coefficient of each window of the left band with the right image warped by d."""
-    known = _warped(right.mask, d, row) > WHOLE
-    W = _warped(right.grey, d, row)
-    w = left.mask * known
+    """Coefficients of the left windows of some rows and the right image warped by d."""
+    known = _warped(right.mask, d, rows.start) > WHOLE
+    W = _warped(right.grey, d, rows.start)
+    w = left.mask[rows] * known
     share = _box(w, window)
     # Where windows must be whole, masked sums and plain ones are the same
     n: np.ndarray | float = 1.0
-    L = left.grey
+    L = left.grey[rows]
     if least < 1:
         n = np.maximum(share, 1e-3)
         L, W = L * w, W * w
@@ -686,7 +673,7 @@ def _least_squares(
         return _combined(refined(found, n), one, two, window)
 
     margin = iterations * (n + 2) + AROUND * max(n, large) // 2 + window + 1
-    return _Refined(*_in_bands(work, len(d), margin, done))
+    return _Refined(*_in_bands(work, d.shape, margin, done))
 
 
 def _combined(

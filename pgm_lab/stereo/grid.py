@@ -109,10 +109,9 @@ def surface(
     largest_gap : float, optional
         Width in m of the widest gap that is interpolated: a cell further than half of
         it from all cells with a point has no height. When missing four times the mean
-        spacing s of the points, or two cells if that is more: of points at random, one
-        per s^2, none lies within 2 s of a place with a probability of exp(-4 pi), so
-        that wider gaps are not by chance, but water, shadow or hidden ground. With
-        `np.inf` any gap inside the hull is filled.
+        spacing of the points, or two cells if that is more: wider gaps are not by
+        chance (exp(-4 pi)), but water, shadow or hidden ground. With `np.inf` any gap
+        inside the hull is filled.
 
     Returns
     -------

@@ -171,9 +171,8 @@ def quality(
 
     References
     ----------
-    Höhle, J., Höhle, M. (2009): Accuracy assessment of digital elevation models by
-    means of robust statistical methods. ISPRS Journal of Photogrammetry and Remote
-    Sensing 64(4), 398-406.
+    Höhle and Höhle 2009, Accuracy assessment of digital elevation models by means of
+    robust statistical methods, ISPRS J. of Photogrammetry and Remote Sensing 64(4).
 
     Examples
     --------

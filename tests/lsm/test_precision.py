@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pgm_book.ch03.studies.scene import cramer_rao
 from pgm_lab import lsm, simulate
 from pgm_lab.lsm import _normal_equations, half_pixels
 
@@ -102,7 +103,7 @@ def test_the_bound_inverts_the_information_of_all_eight_parameters():
     )
     expected = np.linalg.inv(J.T @ J)[np.ix_([0, 3], [0, 3])]
     expected *= sigma**2 + (sigma / gain) ** 2
-    found = lsm.cramer_rao(
+    found = cramer_rao(
         simulate.grey_values(texture, grid),
         simulate.grey_gradients(texture, grid),
         sigma,
@@ -116,10 +117,10 @@ def test_the_bound_counts_what_radiometric_parameters_cost():
     grid = windows(inner_points(20))
     grey = simulate.grey_values(SOFT, grid)
     gradients = simulate.grey_gradients(SOFT, grid)
-    full = lsm.cramer_rao(grey, gradients, 1.0)
-    known = lsm.cramer_rao(grey, gradients, 1.0, radiometric=False)
+    full = cramer_rao(grey, gradients, 1.0)
+    known = cramer_rao(grey, gradients, 1.0, radiometric=False)
     assert np.linalg.eigvalsh(full - known).min() > -1e-15
-    assert np.isinf(lsm.cramer_rao(np.ones((5, 5)), np.zeros((5, 5, 2)), 1.0)).all()
+    assert np.isinf(cramer_rao(np.ones((5, 5)), np.zeros((5, 5, 2)), 1.0)).all()
 
 
 def test_the_dense_adjustment_finds_the_minimum_and_says_how_good_it_is():

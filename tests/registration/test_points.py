@@ -76,7 +76,7 @@ def test_points_are_picked_where_both_images_have_data(offset, chip, radius, kin
         ((GREY[:9, :9], None), "image"),
         ((GREY, GREY[:1, :1]), "sensed"),
     ):
-        with pytest.raises(ValueError, match=f"{name} must have at least .* as a chip"):
+        with pytest.raises(ValueError, match=f"{name} must have at least"):
             pick(pair[0], 9, chip, radius, sensed=pair[1])
 
 

@@ -8,8 +8,9 @@ import numpy as np
 from tqdm import tqdm
 
 from pgm_book.ch03 import defects
+from pgm_book.ch03.studies.scene import cramer_rao
 from pgm_book.common import study
-from pgm_lab import lsm, simulate
+from pgm_lab import simulate
 
 COLUMNS = (
     *("scene", "contrast", "sigma", "defect", "points", "converged", "matched"),
@@ -50,7 +51,7 @@ def scene(name: str, points: int = 300):
     left = CENTRE + np.column_stack([23 * column - 208, 23 * row - 160])
     pixels = np.moveaxis(np.mgrid[-HALF : HALF + 1, -HALF : HALF + 1][::-1], 0, -1)
     windows = left[:, None, None] + pixels
-    covariance = lsm.cramer_rao(
+    covariance = cramer_rao(
         simulate.grey_values(texture, windows),
         simulate.grey_gradients(texture, windows),
         **{"sigma": sigma, "gain": GAIN, "shape": J},

@@ -6,9 +6,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import DTypeLike
 
-from pgm_lab import lsm, simulate
+from pgm_lab import simulate
+from pgm_lab.adjustment import normal
 
 SOFT, SHARP = 0.2, 0.4  # cycles per pixel
+IDENTITY = np.eye(2)
 PART = 250  # points whose windows are held at a time
 
 
@@ -64,7 +66,7 @@ class Scene:
         found = []
         for part in np.array_split(self.points, max(len(self.points) // PART, 1)):
             found.append(
-                lsm.cramer_rao(
+                cramer_rao(
                     windows(grey, part, window),
                     np.stack([windows(g, part, window) for g in gradient], axis=-1),
                     1.0,
@@ -82,6 +84,40 @@ class Scene:
             simulate.texture_pair(t, self.shape, (0, 1, 0, 0, 0, 1))[0]
             for t in (self.texture, *derivatives(self.texture))
         ]
+
+
+def cramer_rao(
+    grey: np.ndarray,
+    gradients: np.ndarray,
+    sigma: float,
+    *,
+    gain: float = 1.0,
+    shape: np.ndarray = IDENTITY,
+    radiometric: bool = True,
+) -> np.ndarray:
+    """Smallest covariance (..., 2, 2) of the centres that unbiased matches can have.
+
+    White normal noise of `sigma` in both images; the right one has `gain` times the
+    contrast. Unknown are the parameters of (B 2.10), with or without h0 and h1, and the
+    grey value that each pixel would have without noise; therefore the noise of a
+    difference counts. Infinite where the texture does not determine the centre.
+    Foerstner 1982, for shifts; here with the normal matrix of (B 2.11).
+    """
+    half = grey.shape[-1] // 2
+    y, x = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1)
+    flat = grey.reshape(*grey.shape[:-2], -1)
+    g = gradients.reshape(*flat.shape, 2)
+    columns = [g[..., axis] * row for axis in (0, 1) for row in (1.0, x, y)]
+    if radiometric:
+        # Without its mean: that is h0, and would only hide the texture
+        columns += [np.ones_like(flat), flat - flat.mean(axis=-1, keepdims=True)]
+    A = np.stack(columns, axis=-1)
+    N = np.swapaxes(A, -1, -2) @ A
+    _, Q, _, singular = normal.solve(N, np.zeros(N.shape[:-1]))
+    bound = shape @ Q[..., [[0], [3]], [[0, 3]]] @ np.swapaxes(shape, -1, -2)
+    bound *= sigma**2 * (1 + 1 / gain**2)
+    bound[singular] = np.inf
+    return bound
 
 
 def scene(
