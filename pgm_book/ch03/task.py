@@ -1,10 +1,7 @@
-"""The task of chapter 3: positions to a hundredth of a pixel, and how good they are.
-
-Both photos are made from the real orthophoto, the right one rotated, of another scale,
-darker and with less noise.
-"""
+"""The task of chapter 3: positions to a hundredth of a pixel, and how good they are."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -45,17 +42,31 @@ class Truth:
         """The true positions in the right photo."""
         return self.points @ self.affine[:, :2].T + self.affine[:, 2]
 
+    @cached_property
+    def solved(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Parameters, sigma0 and Q: one step from the truth is the whole match."""
+        half, found, A = WINDOW // 2, [], self.affine
+        y, x = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1)
+        for (column, row), place in zip(self.points, self.there):
+            p = np.array([place[0], *A[0, :2], place[1], *A[1, :2], *self.light])
+            B, Bx, By = lsm.resampled(self.right, p, x, y)
+            J = lsm.design(B, Bx, By, x, y, p[7])
+            observed = self.left[row + y, column + x] - (p[6] + p[7] * B)
+            step, _, sigma0, Q = adjust(J, np.ones(len(B)), observed)
+            found.append((p + step, sigma0, Q))
+        p, sigmas, cofactors = (np.array(part) for part in zip(*found))
+        return p, sigmas[:, None, None], cofactors
+
 
 def make(chance: np.random.RandomState) -> tuple[dict[str, str | np.ndarray], Truth]:
-    """Two photos, and eighty points with what correlation found for them."""
+    """The real orthophoto twice, rotated and darker, and eighty points found by r."""
     c, r = chance.randint(1536 - 1400, size=2)
     part = datasets.yellowstone().grey[r : r + 1400, c : c + 1400]
     ortho = ndimage.gaussian_filter(part.astype(float), BLUR)
     turn = np.radians(chance.choice([-1, 1]) * chance.uniform(4, 8))
     scale, shear = chance.uniform(0.94, 1.06), chance.uniform(-0.03, 0.03)
-    A = scale * np.array(
-        [[np.cos(turn), -np.sin(turn) + shear], [np.sin(turn), np.cos(turn)]]
-    )
+    cos, sin = np.cos(turn), np.sin(turn)
+    A = scale * np.array([[cos, -sin + shear], [sin, cos]])
     middle = np.full(2, (SIDE - 1) / 2)
     affine = np.column_stack([A, middle - A @ middle + chance.uniform(-6, 6, 2)])
     pixels = np.stack(np.meshgrid(*2 * [np.arange(SIDE)]), axis=-1).astype(float)
@@ -101,30 +112,37 @@ def _points(left: np.ndarray, chance: np.random.RandomState) -> np.ndarray:
 def judge(truth: Truth, found: Pair) -> list[Part]:
     """Return how far the worst position is off, and whether the covariances are true.
 
-    The errors by their covariances have a chi-square of 160 on average.
+    The errors by their covariances have a chi-square of 160 on average. Where column
+    and row are not equally precise, 0 is off if they differ as here, 2 if exchanged.
     """
-    positions, covariances = found
+    (positions, covariances), (_, _, Q) = found, truth.solved
     e = positions - truth.there
     ratio = np.sum(e * np.linalg.solve(covariances, e[..., None])[..., 0]) / e.size
+    yours, ours = (_uneven(C) for C in (covariances, Q[:, ::3, ::3]))
     return [
         Part("the worst position", float(np.hypot(*e.T).max()), FARTHEST, "px"),
         Part("chi-square over 160", float(ratio), round(HIGH, 2), ""),
         Part("160 over chi-square", float(1 / ratio), round(1 / LOW, 2), ""),
+        Part("column against row", 1 - yours @ ours / (ours @ ours), 0.7, ""),
     ]
+
+
+def _uneven(C: np.ndarray) -> np.ndarray:
+    """By how much column or row has more of the variance of each, about the mean."""
+    part = (C[:, 0, 0] - C[:, 1, 1]) / (C[:, 0, 0] + C[:, 1, 1])
+    return part - part.mean()
 
 
 def slips(truth: Truth) -> dict[str, Pair]:
     """Return what the likeliest wrong programs give."""
-    p, sigma0, Q = _solved(truth)
+    p, sigma0, Q = truth.solved
     at, cofactors = p[:, [0, 3]], Q[:, ::3, ::3][:, :2, :2]
-    C = sigma0**2 * cofactors
+    C, first = sigma0**2 * cofactors, sigma0**2 * Q[:, :2, :2]
     return {
         "Q is not the covariance yet: it does not know the noise.": (at, cofactors),
         "The noise is counted once; a covariance has the unit px².": (at, C / sigma0),
-        "Those are the rows and columns of a0 and a1: the place is a0 and b0.": (
-            at,
-            sigma0**2 * Q[:, :2, :2],
-        ),
+        "Those are rows and columns of a0 and a1: the place is a0 and b0.": (at, first),
+        "The variance of the column is C[0, 0].": (at, C[:, ::-1, ::-1]),
         "Those are still the positions of correlation.": (1.0 * truth.start, C),
         "Those are the points of the left photo.": (1.0 * truth.points, C),
         "Column and row are exchanged: column first.": (at[:, ::-1], C),
@@ -134,7 +152,6 @@ def slips(truth: Truth) -> dict[str, Pair]:
 def hint(truth: Truth, found: Pair, wrong: list[str]) -> str:
     """Return the hint to the slip that explains the result."""
     positions, covariances = found
-    off = positions - truth.there
     lost = "the worst position" in wrong
     for words, (at, C) in slips(truth).items():
         near = np.abs(positions - at).max() < 0.05
@@ -143,7 +160,7 @@ def hint(truth: Truth, found: Pair, wrong: list[str]) -> str:
             return words
     if not lost:
         return "Compare the errors that you expect of one point with its covariance."
-    if np.ptp(off, axis=0).max() < 6 * FARTHEST:
+    if np.ptp(positions - truth.there, axis=0).max() < 6 * FARTHEST:
         return "All are off by the same: where do columns and rows begin, at 0?"
     return (
         "At least one match ended in a wrong place, or was not carried to its end:"
@@ -162,26 +179,7 @@ def picture(truth: Truth, found: Pair) -> tuple[Figure, str]:
     ax.plot(*whitened.T, "o", color=plot.BLUE)
     ax.set(xlabel="first error / sd", ylabel="second error / sd", aspect="equal")
     ax.set_title(f"{inside} of your {POINTS} errors in the circle of 95 %", fontsize=14)
-    return fig, (
-        f"The errors of {POINTS} points divided by their standard deviations: {inside}"
-        " lie in the circle of 95 %."
-    )
-
-
-def _solved(truth: Truth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return parameters, sigma0 and Q: one step from the truth is the whole match."""
-    half, found = WINDOW // 2, []
-    y, x = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1)
-    for (column, row), place in zip(truth.points, truth.there):
-        A, light = truth.affine, truth.light
-        p = np.array([place[0], *A[0, :2], place[1], *A[1, :2], *light])
-        B, Bx, By = lsm.resampled(truth.right, p, x, y)
-        J = lsm.design(B, Bx, By, x, y, p[7])
-        observed = truth.left[row + y, column + x] - (p[6] + p[7] * B)
-        step, _, sigma0, Q = adjust(J, np.ones(len(B)), observed)
-        found.append((p + step, sigma0, Q))
-    p, sigmas, cofactors = (np.array(part) for part in zip(*found))
-    return p, sigmas[:, None, None], cofactors
+    return fig, f"{inside} of {POINTS} errors over their sd lie in the circle of 95 %."
 
 
 def read(result: object) -> Pair:

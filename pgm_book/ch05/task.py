@@ -32,7 +32,8 @@ class Truth:
     answer: Answer
     Q: np.ndarray  # covariance (5, 5) of the right photo, whose X0 is 1
     sd: float  # of the distance, m
-    sd_known: float  # the same as if the right photo were free of error
+    rays: float  # the part of it that comes from the rays, the right photo held
+    photo: float  # the part that comes from the right photo, the rays held in it
     model: np.ndarray  # (16, 3), in units of X0
     bar: float  # m
     c: float  # mm
@@ -62,12 +63,19 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     points_csv = table(head, "{}" + 4 * ",{:.4f}", rows)
     scale = np.array([base[0]] * 3 + [1] * 3)
     exterior, model = exterior / scale, points / base[0]
-    (Q, sd), known = (_precision(exterior, model, bar, c, k) for k in (0, 5))
+    Q, sd = _precision(exterior, model, bar, c)
+
+    def length(x: np.ndarray) -> np.ndarray:
+        points = _model(x[5:].reshape(2, 16, 2), c, np.insert(x[:5], 0, 1))
+        return np.array(_length(points, bar))
+
+    J = collinearity.derivatives(length, np.append(exterior[1:], image))[0]
+    rays, photo = SIGMA * np.linalg.norm(J[5:]), np.sqrt(J[:5] @ Q @ J[:5])
     lost = np.abs(lines.relative(image[0], image[1], c) - exterior).max() > 0.1
-    if known[1] > 0.8 * sd or lost:  # it hardly matters that the right photo has errors
+    if max(rays, photo) > 0.83 * sd or lost:  # it hardly matters that the other moves
         return make(chance)
     answer = dict(zip(WANTED, (exterior, _length(model, bar), sd)))
-    truth = Truth(answer, Q, sd, known[1], model, bar, c, image)
+    truth = Truth(answer, Q, sd, float(rays), float(photo), model, bar, c, image)
     camera_csv = table("c_mm,bar_m", "{:.2f},{:.3f}", [(c, bar)])
     return {"points.csv": points_csv, "camera.csv": camera_csv}, truth
 
@@ -80,34 +88,29 @@ def judge(truth: Truth, found: Answer) -> list[Part]:
         Part("X0", float(abs(X0) > 1e-6), 0.0),
         Part("exterior", float(np.sqrt(five @ np.linalg.solve(truth.Q, five) / 5))),
         Part("distance", abs(found["distance"] - right["distance"]) / truth.sd),
-        Part(
-            "sd", 100 * abs(found["sd"] / right["sd"] - 1), SD_ALLOWED, "per cent off"
-        ),
+        Part("sd", 100 * abs(found["sd"] / right["sd"] - 1), SD_ALLOWED, "per cent"),
     ]
 
 
 def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
     (left, right), bar, sd = truth.image, truth.bar, truth.sd
-    e = lines.relative(left, right, truth.c)
-    model = _model(truth, e)
+    e, exchanged = (lines.relative(*p, truth.c) for p in ((left, right), (right, left)))
+    degrees, model = e * np.repeat([1, 180 / np.pi], 3), _model(truth.image, truth.c, e)
     distance, unit = _length(model, bar), bar / np.linalg.norm(model[1] - model[0])
     return {
         OTHER_UNIT: {"exterior": np.append(unit * e[:3], e[3:])},
-        "The angles are wanted in radians.": {
-            "exterior": np.append(e[:3], np.degrees(e[3:]))
-        },
-        "Left and right are exchanged: the left photo stands at the origin.": {
-            "exterior": lines.relative(right, left, truth.c)
-        },
-        "This is the length in the model, whose unit is X0 of the right photo: the bar"
-        " gives the scale.": {"distance": distance / unit},
+        "The angles are wanted in radians.": {"exterior": degrees},
+        "The left photo stands at the origin, not the right.": {"exterior": exchanged},
+        "It is in units of X0: the bar gives the scale.": {"distance": distance / unit},
         "The scale is upside down.": {"distance": distance / unit**2},
         "The bar is not one metre long.": {"distance": distance / bar},
         "That is the bar, from A to B.": {"distance": bar},
         "Millimetres? The standard deviation is wanted in metres.": {"sd": 1000 * sd},
         "The right photo is not free of error: move an image coordinate, and its five"
-        " numbers move, too.": {"sd": truth.sd_known},
+        " numbers move, too.": {"sd": truth.rays},
+        "The points have errors of their own: hand the moved coordinates to `points_of`"
+        " as well, not `photos`.": {"sd": truth.photo},
         "An image coordinate is off by 0.002 mm, not by 1 mm.": {"sd": sd / SIGMA},
     }
 
@@ -123,15 +126,14 @@ def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
         " right photo, the points and the scale move with each. How do independent"
         " errors add up? (A simulation needs a thousand runs.)",
     }
-    known = likeliest(judge, truth, found, wrong[:1], slips(truth))
-    return known or general[wrong[0]]
+    return likeliest(judge, truth, found, wrong[:1], slips(truth)) or general[wrong[0]]
 
 
 def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     """Draw the points as your photos see them beside the true ones, in two views."""
     yours, true = (
         model * truth.bar / np.linalg.norm(model[1] - model[0])
-        for model in (_model(truth, found["exterior"]), truth.model)
+        for model in (_model(truth.image, truth.c, found["exterior"]), truth.model)
     )
     fig, axes = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
     views = "from the front; squares: true", "from above"
@@ -154,12 +156,9 @@ def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
 
 
 def _precision(
-    exterior: np.ndarray, model: np.ndarray, bar: float, c: float, first: int
+    exterior: np.ndarray, model: np.ndarray, bar: float, c: float
 ) -> tuple[np.ndarray, float]:
-    """Covariance (5, 5) of the right photo, and the sd of the distance in metres.
-
-    Both are those of an ideal adjustment; from `first` 5 on the right photo is known.
-    """
+    """Covariance (5, 5) of the right photo, and the sd of the distance in metres."""
     at = np.concatenate([exterior[1:], model.ravel()])
 
     def both(x: np.ndarray) -> np.ndarray:
@@ -169,15 +168,15 @@ def _precision(
     def length(x: np.ndarray) -> np.ndarray:
         return np.array(_length(x[5:].reshape(-1, 3), bar))
 
-    A = collinearity.derivatives(both, at)[:, first:]
+    A = collinearity.derivatives(both, at)
     Q = SIGMA**2 * np.linalg.inv(A.T @ A)
-    J = collinearity.derivatives(length, at)[0, first:]
+    J = collinearity.derivatives(length, at)[0]
     return Q[:5, :5], float(np.sqrt(J @ Q @ J))
 
 
-def _model(truth: Truth, exterior: np.ndarray) -> np.ndarray:
+def _model(image: np.ndarray, c: float, exterior: np.ndarray) -> np.ndarray:
     """Where the rays of the points meet (16, 3)."""
-    first, second = np.insert(truth.image, 2, -truth.c, axis=2)
+    first, second = np.insert(image, 2, -c, axis=2)
     second = second @ rotation.matrix(*exterior[3:])
     stations = np.array([LEFT[:3], exterior[:3]])
     return np.array(

@@ -221,6 +221,7 @@ def surface(points: np.ndarray, grey: np.ndarray) -> None:
         ax = space(fig, view=(elevation, azimuth), zoom=1.6)
         fit(ax, np.column_stack([X, -Z, Y])[mesh], zoom=1.6)
         drawn = ax.plot_trisurf(X, -Z, Y, triangles=mesh, lw=0, antialiased=False)
+        drawn.set_clip_on(False)
         drawn.set_facecolors(colours)
         ax.set_title(f"azimuth {azimuth}°, elevation {elevation}°", fontsize=16)
         plot.show(

@@ -24,8 +24,8 @@ WANTED = {"c": PIXELS, "sd": PIXELS, "PQ": ("one number in metres", ())}
 read = partial(named, wanted=WANTED)
 OTHERWISE = {
     "c": "Look at sigma0 of the board: it should be near 0.15 px.",
-    "sd, off by a factor of": "sd follows from C[0, 0], the variance of c in mm².",
-    "PQ": "Measure the rule as you measure PQ. Does it come out as long as it is?",
+    "sd, off by a factor of": "sd is the root of C[0, 0], of all photos, in pixels.",
+    "PQ": "Measure the rule, too. If it is right: which camera, image size and rows?",
 }
 
 
@@ -37,6 +37,7 @@ class Truth:
     edge: float  # m
     seen: Board
     cupboard: np.ndarray  # (points, 4), px
+    base: float  # its length in units of its X
 
     @cached_property
     def answer(self) -> Answer:
@@ -90,9 +91,12 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
         "board.csv": table("photo,corner,column,row", "{},{}" + 2 * one, corners),
         "cupboard.csv": table(head, "{}" + 4 * one, four),
     }
-    edge = float(np.linalg.norm(points[3] - points[2]))
+    edge, base = map(np.linalg.norm, (points[3] - points[2], right[:3] / right[0]))
+    off = [abs(_edge(pair, k * camera) / edge - 1) for k in (1, np.eye(10)[0])]
+    if off[0] > 0.01 or off[1] < 0.006:  # `relative` is lost, or the lens hardly shows
+        return make(chance)
     phone = Board("phone", shown, SIZE, grid(8, 6))
-    return files, Truth(float(camera[0]) / PIXEL[0], edge, phone, pair)
+    return files, Truth(camera[0] / PIXEL[0], float(edge), phone, pair, float(base))
 
 
 def _paper(chance: np.random.RandomState) -> np.ndarray:
@@ -125,7 +129,7 @@ def _cupboard(chance: np.random.RandomState) -> tuple[np.ndarray, np.ndarray]:
     points[[0, 2, 3]] = ends + chance.uniform(-0.07, 0.07, (3, 3))
     way = np.append(1, chance.uniform(-0.2, 0.2, 2))
     points[1] = points[0] + RULE * way / np.linalg.norm(way)
-    right = (0.45, 0, 0, 0, 0.2, 0) + chance.uniform(-0.05, 0.05, 6)
+    right = (0.45, 0.15, 0, 0, 0.18, 0) + chance.uniform(-0.05, 0.05, 6)
     return points, right
 
 
@@ -136,10 +140,8 @@ def _pixels(exterior: np.ndarray, points: np.ndarray, camera: np.ndarray) -> np.
 
 def _edge(cupboard: np.ndarray, camera: np.ndarray) -> float:
     """Length of the edge in m, as a camera measures it."""
-    left, right = (
-        without_lens(frames.pixel_to_photo(cupboard[:, k : k + 2], SIZE, PIXEL), camera)
-        for k in (0, 2)
-    )
+    xy = frames.pixel_to_photo(cupboard.reshape(-1, 2), SIZE, PIXEL)
+    left, right = without_lens(xy, camera).reshape(-1, 2, 2).swapaxes(0, 1)
     e = relative(left, right, camera[0])
     base = base_length(e, left[:2], right[:2], camera[0], RULE)
     return base / base_length(e, left[2:4], right[2:4], camera[0], 1.0)
@@ -159,7 +161,6 @@ def judge(truth: Truth, found: Answer) -> list[Part]:
 def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
     camera, (c, sd, edge) = truth.best[0], truth.given(*truth.best).values()
-    others = np.roll(truth.cupboard, -1, axis=0)  # points 2 to 5 for 1 to 4
     bent = _edge(truth.cupboard, np.array([camera[0], *np.zeros(9)]))
     parts = {
         "c": {
@@ -171,15 +172,17 @@ def slips(truth: Truth) -> dict[str, Answer]:
             "sd is in mm. Wanted are pixels.": sd * PIXEL[0],
             "sd is a variance: its root is wanted.": sd**2,
             "C has variances in mm²: first the root, then pixels.": sd**2 * PIXEL[0],
-            "sigma0 is in C already: do not divide by it.": sd / SIGMA,
+            "sd is a flat board's, or divided by sigma0: do neither.": truth.flat["sd"],
+            "sigma0 is in C: do not divide by it, or take a flat board's.": sd / SIGMA,
             "sigma0 is in C already: do not multiply by it.": sd * SIGMA,
         },
         "PQ": {
             "PQ is in mm. Wanted are metres.": 1000 * edge,
             "The rule is 0.5 m long, not 1 m.": edge / RULE,
+            "The model's unit is the X of the base, not its length.": edge * truth.base,
             "PQ is upside down: it is longer than the rule.": RULE**2 / edge,
             "The points of the cupboard are not yet corrected for the lens.": bent,
-            "Point 1 is in row 0 of the table.": _edge(others, camera),
+            "Point 1 is in row 0.": _edge(np.roll(truth.cupboard, -1, 0), camera),
         },
     }
     rows = ((key, row) for key, part in parts.items() for row in part.items())
@@ -188,8 +191,7 @@ def slips(truth: Truth) -> dict[str, Answer]:
 
 def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
     """Return the hint to the slip that explains a wrong part."""
-    known = likeliest(judge, truth, found, wrong, slips(truth))
-    return known or OTHERWISE[wrong[0]]
+    return likeliest(judge, truth, found, wrong, slips(truth)) or OTHERWISE[wrong[0]]
 
 
 def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
@@ -204,8 +206,6 @@ def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     ax.set(ylim=(-0.5, 1.5), xlabel="error (standard deviations)")
     ax.set_title("The rule takes most of a flat board's error out of PQ")
     ax.legend(loc="center")
-    said = (
-        "The errors of c, {:.1f}, and of PQ, {:.1f} standard deviations, in a band of"
-        " three; by a flat board {:.1f} and {:.1f}."
-    )
+    said = "c is off by {:.1f}, PQ by {:.1f} standard deviations, of three allowed;"
+    said += " by a flat board {:.1f} and {:.1f}."
     return fig, said.format(*off[0], *off[1])

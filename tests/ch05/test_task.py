@@ -20,7 +20,7 @@ def truth_of(name):
 def solved(truth):
     left, right = truth.image
     exterior = relative(left, right, truth.c)
-    distance = task._length(task._model(truth, exterior), truth.bar)
+    distance = task._length(task._model(truth.image, truth.c, exterior), truth.bar)
     return {"exterior": exterior, "distance": distance, "sd": truth.sd}
 
 

@@ -20,7 +20,7 @@ DIGESTS: dict[str, str] = {
     "6": "a244d638c10c7ea8",
     "7": "14ed13ef418403e9",
     "8": "88bcf6574e78e9bf",
-    "9": "e44fe72a4b1ed125",
+    "9": "3fcf991c8dd8afea",
 }
 
 
