@@ -99,7 +99,7 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     photo, point = np.indices((8, 48)).reshape(2, -1)[:, seen]
     noise = chance.uniform(0.6, 0.75) * SIGMA  # smaller than stated: σ₀ matters
     xy = np.round(xy[seen] + noise * chance.standard_normal(xy[seen].shape), 5)
-    often = np.bincount(point)[point] > 5  # or nothing would control that ray
+    often = np.bincount(point)[point] == 8  # or little would control that ray
     bad = int(chance.choice(np.flatnonzero(often & (photo > 0))))
     far, direction = chance.uniform((0.05, 0), (0.08, 2 * np.pi))
     xy[bad] += np.round(far * np.array([np.cos(direction), np.sin(direction)]), 5)

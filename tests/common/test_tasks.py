@@ -17,7 +17,7 @@ DIGESTS: dict[str, str] = {
     "3": "858dc048250d52cd",
     "4": "2e4ab81de0ecaa9c",
     "5": "945d3a680d1c4d2b",
-    "6": "27eaaf8f3eca85c6",
+    "6": "ed8cf4acf1839135",
     "7": "52783fc0aa596045",
     "8": "88bcf6574e78e9bf",
     "9": "e44fe72a4b1ed125",
