@@ -70,7 +70,7 @@ class Part:
         """How far it is off, in words; where nothing is allowed, right or not."""
         if self.allowed == 0:
             return f"{self.name}: {'correct' if self.holds else 'not correct'}"
-        off = f"{self.off:.3g} {self.unit}".rstrip()
+        off = f"{round(self.off, 4):.3g} {self.unit}".rstrip()
         return f"{self.name}: {off} ({self.allowed:g} allowed)"
 
 

@@ -351,13 +351,13 @@ def halves(found: dict[str, tuple[float, float]]) -> None:
     plot.show(fig, f"Principal distances in mm with standard deviations. {values}.")
 
 
-def wrong_control(x: np.ndarray, predicted: np.ndarray, true: np.ndarray) -> None:
+def wrong_control(x: np.ndarray, predicted: np.ndarray, moved: np.ndarray) -> None:
     """Show what an error x of one control point does, and what the adjustment says.
 
-    Predicted standard deviation and true error are RMS of the other points, all in mm.
+    Predicted standard deviation and shift are RMS of the other points, all in mm.
     """
     fig, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
-    ax.plot(x, true, "o-", color=plot.RED, lw=3, label="true error of the points")
+    ax.plot(x, moved, "o-", color=plot.RED, lw=3, label="shift of the other points")
     text = "their standard deviation"
     ax.plot(x, predicted, "s--", color=plot.BLUE, lw=3, label=text)
     ax.set(xlabel="error of one control point (mm)", ylabel="RMS (mm)", ylim=(0, None))
@@ -365,6 +365,6 @@ def wrong_control(x: np.ndarray, predicted: np.ndarray, true: np.ndarray) -> Non
     plot.show(
         fig,
         "Against the error of one control point up to"
-        f" {x[-1]:g} mm: the true error of the points grows to {true[-1]:.2f} mm, their"
+        f" {x[-1]:g} mm: it shifts the other points by up to {moved[-1]:.2f} mm, their"
         f" standard deviation stays at {predicted[-1]:.2f} mm.",
     )

@@ -54,7 +54,7 @@ def network(photos: Collection[int] | None = None) -> Network:
 
 
 def wrong_control(found: Bundle, wrong: np.ndarray) -> np.ndarray:
-    """RMS standard deviation and RMS error (2, n) of twenty points, mm.
+    """RMS standard deviation and RMS shift (2, n) of twenty points, mm.
 
     The network is put on the ground by seven coordinates of three control points, the
     first of which is wrong by each of `wrong`, in mm.
@@ -65,6 +65,6 @@ def wrong_control(found: Bundle, wrong: np.ndarray) -> np.ndarray:
     for mm in wrong:
         given = found.points[control] + np.array([(mm, 0, 0), (0, 0, 0), (0, 0, 0)])
         one = adjust(replace(network(), control=(control, given, hold)))
-        error = (one.points - found.points)[10:30]
-        outcome.append([np.sqrt(np.mean(e**2)) for e in (one.sd_points[10:30], error)])
+        shift = (one.points - found.points)[10:30]
+        outcome.append([np.sqrt(np.mean(e**2)) for e in (one.sd_points[10:30], shift)])
     return np.transpose(outcome)

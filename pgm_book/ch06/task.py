@@ -15,8 +15,8 @@ from pgm_book.task import Answer, Part, likeliest, named, table
 from pgm_lab import plot, rotation
 
 NAMES = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2")
-NOMINAL, SIGMA = 24.0, 0.0005  # mm: of c, and of a measured image coordinate
-CHANCE = 0.03  # of sigma0, by some 550 redundant observations: 1/√(2r)
+NOMINAL, SIGMA = 24.0, 0.0005  # mm: c, and an image coordinate's sd, as stated
+SPREAD = 9  # per cent: three times 1/√(2r), of sigma0, r about 550
 FORMAT = (12.0, 8.0)  # mm, half of the image
 CORNER = np.array([[10.0, 6.0]])  # mm, an image point in its corner
 WANTED: dict[str, tuple[str, Any]] = {
@@ -54,14 +54,14 @@ class Truth:
     parameter: str
 
     @cached_property
-    def best(self) -> tuple[np.ndarray, np.ndarray]:
-        """Camera and standard deviations without the blunder."""
+    def best(self) -> tuple[np.ndarray, np.ndarray, float]:
+        """Camera, its standard deviations and sigma0 without the blunder."""
         return self.adjusted(np.delete(np.arange(len(self.xy)), self.bad))
 
     @cached_property
     def spoiled(self) -> tuple[float, float]:
         """Principal distance and standard deviation where the blunder takes part."""
-        camera, sd = self.adjusted(np.arange(len(self.xy)))
+        camera, sd, _ = self.adjusted(np.arange(len(self.xy)))
         return camera[0], sd[0]
 
     @cached_property
@@ -71,18 +71,19 @@ class Truth:
         ray = int(self.photo[self.bad]) + 1, int(self.point[self.bad]) + 1
         return dict(zip(WANTED, (c, sd, ray, self.parameter)))
 
-    def adjusted(self, used: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Camera and its standard deviations from some rays."""
+    def adjusted(self, used: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        """Camera, its standard deviations and sigma0 from some rays."""
         camera = np.array([NOMINAL, *np.zeros(9)])
         rays = self.photo[used], self.point[used], self.xy[used]
-        camera, C, _, _ = adjust(*rays, SIGMA, camera, *self.start)
-        return camera, np.sqrt(np.diag(C))
+        camera, C, sigma0, _ = adjust(*rays, SIGMA, camera, *self.start)
+        return camera, np.sqrt(np.diag(C)), sigma0
 
 
 def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     """Eight photos of 48 targets; one parameter hardly shows in them."""
     size = np.array([0.4, 0.1, 0.1, 2e-5, 1e-7, 3e-10, 1e-5, 1e-5, 3e-4, 3e-4])
     camera = size * chance.uniform(-1, 1, 10)
+    camera[0] += 0.1 * np.sign(camera[0])  # or who hands 24 mm in would pass
     camera += (NOMINAL, 0, 0, 6e-5, -3e-7, 6e-10, 0, 0, 0, 0)
     # A wall of 1.6 by 1 m with steps
     X, Y = np.meshgrid(np.linspace(-800, 800, 8), np.linspace(-520, 520, 6))
@@ -96,30 +97,28 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
         xy += ideal - without_lens(xy, camera)
     seen = np.all(np.abs(xy) < FORMAT, axis=1)
     photo, point = np.indices((8, 48)).reshape(2, -1)[:, seen]
-    xy = np.round(xy[seen] + SIGMA * chance.standard_normal(xy[seen].shape), 5)
-    often = np.bincount(point)[point] > 5  # or nothing would control that ray
+    noise = chance.uniform(0.6, 0.75) * SIGMA  # smaller than stated: σ₀ matters
+    xy = np.round(xy[seen] + noise * chance.standard_normal(xy[seen].shape), 5)
+    often = np.bincount(point)[point] == 8  # or little would control that ray
     bad = int(chance.choice(np.flatnonzero(often & (photo > 0))))
-    direction = chance.uniform(0, 2 * np.pi)
-    blunder = np.array([np.cos(direction), np.sin(direction)])
-    xy[bad] += np.round(chance.uniform(0.02, 0.04) * blunder, 5)
-    near = np.array([5, 5, 5, 0.003, 0.003, 0.003])
-    start = (
-        np.round(exteriors + near * chance.uniform(-1, 1, (8, 6)), 4),
-        np.round(points + 5 * chance.uniform(-1, 1, (48, 3)), 1),
-    )
+    far, direction = chance.uniform((0.05, 0), (0.08, 2 * np.pi))
+    xy[bad] += np.round(far * np.array([np.cos(direction), np.sin(direction)]), 5)
+    near = np.repeat([5, 0.003], 3) * chance.uniform(-1, 1, (8, 6))
+    around = 5 * chance.uniform(-1, 1, (48, 3))
+    start = np.round(exteriors + near, 4), np.round(points + around, 1)
     truth = Truth(camera, photo, point, xy, start, bad, parameter)
-    best, sd = truth.best
-    unlucky = abs(best[0] - camera[0]) > 2.5 * sd[0]  # who is right must pass
-    if unlucky or NAMES[np.argmax(sd)] == parameter:  # who compares mm with mm⁻⁶ not
+    best, sd, _ = truth.best
+    unlucky = abs(best[0] - camera[0]) > 2.5 * sd[0]  # who is right must pass,
+    harmless = abs(truth.spoiled[0] - camera[0]) < 5 * sd[0]  # with the blunder not,
+    if unlucky or harmless or NAMES[np.argmax(sd)] == parameter:  # nor mm with mm⁻⁶
         return make(chance)
     rays = zip(photo + 1, point + 1, *xy.T)
     photos, targets = ([(k, *v) for k, v in enumerate(s, 1)] for s in start)
     photo_head = "photo,X0_mm,Y0_mm,Z0_mm,omega_rad,phi_rad,kappa_rad"
-    number = ",{:.4f}"
     return {
         "image_points.csv": table("photo,point,x_mm,y_mm", "{},{},{:.5f},{:.5f}", rays),
-        "photos.csv": table(photo_head, "{}" + 6 * number, photos),
-        "targets.csv": table("point,X_mm,Y_mm,Z_mm", "{}" + 3 * number, targets),
+        "photos.csv": table(photo_head, "{}" + 6 * ",{:.4f}", photos),
+        "targets.csv": table("point,X_mm,Y_mm,Z_mm", "{}" + 3 * ",{:.4f}", targets),
     }, truth
 
 
@@ -155,7 +154,7 @@ def judge(truth: Truth, found: Answer) -> list[Part]:
     right, sds = truth.answer, truth.best[1]
     return [
         Part("c", abs(found["c"] - right["c"]) / sds[0]),
-        Part("sd", abs(found["sd"] / right["sd"] - 1) / CHANCE),
+        Part("sd", 100 * abs(found["sd"] / right["sd"] - 1), SPREAD, "per cent off"),
         Part("ray", float(found["ray"] != right["ray"]), 0),
         Part("parameter", float(found["parameter"] != right["parameter"]), 0),
     ]
@@ -168,8 +167,7 @@ def read(result: object) -> Answer:
     known = {one.casefold(): one for one in NAMES}
     if written.casefold() not in known:
         raise CheckFailed(f"the parameter must be {WANTED['parameter'][0]}")
-    photo, point = found["ray"]
-    return found | {"ray": (photo, point), "parameter": known[written.casefold()]}
+    return found | {"ray": (*found["ray"],), "parameter": known[written.casefold()]}
 
 
 def slips(truth: Truth) -> dict[str, Answer]:
@@ -182,6 +180,7 @@ def slips(truth: Truth) -> dict[str, Answer]:
         },
         OTHER_RAY: {"ray": (photo, point % 48 + 1)},
         "The diagonal of C holds variances.": {"sd": sd**2},
+        "σ₀ belongs to the standard deviation.": {"sd": sd / truth.best[2]},
         "Both c and its standard deviation are wanted in mm.": {"sd": 1000 * sd},
         "This still contains the blunder: leave that ray out, and adjust once more.": (
             dict(zip(WANTED, truth.spoiled))

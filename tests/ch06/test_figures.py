@@ -30,7 +30,7 @@ DRAWN = [
     (
         of_lesson.wrong_control,
         (np.array([0, 1.0]), np.array([0.02, 0.02]), np.array([0.02, 0.35])),
-        "up to 1 mm: the true error of the points grows to 0.35 mm, their standard"
+        "up to 1 mm: it shifts the other points by up to 0.35 mm, their standard"
         " deviation stays at 0.02 mm",
     ),
     (

@@ -50,6 +50,11 @@ def test_a_task_needs_a_name(name):
         task.start(1, name)
 
 
+def test_what_is_hardly_off_is_off_by_nothing():
+    assert str(task.Part("sd", 1.27e-7)) == "sd: 0 standard deviations (3 allowed)"
+    assert str(task.Part("zero", 0.04326, 0.1, "px")) == "zero: 0.0433 px (0.1 allowed)"
+
+
 def test_without_a_program_nothing_is_left_in_the_folder(tmp_path, capsys):
     mine = task.start(1, "Ada")
     mine.hand_in(solved(mine))

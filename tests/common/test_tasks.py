@@ -17,8 +17,8 @@ DIGESTS: dict[str, str] = {
     "3": "858dc048250d52cd",
     "4": "2e4ab81de0ecaa9c",
     "5": "945d3a680d1c4d2b",
-    "6": "a244d638c10c7ea8",
-    "7": "14ed13ef418403e9",
+    "6": "ed8cf4acf1839135",
+    "7": "52783fc0aa596045",
     "8": "88bcf6574e78e9bf",
     "9": "3fcf991c8dd8afea",
 }
