@@ -243,8 +243,10 @@ def y_parallax(
     if good.sum() < MIN_POINTS:
         return _undecided(pair, one, other, status, values)
     ahead = pair.parallax(one[:, 0] - other[:, 0])[good] > 0
-    if np.mean(ahead) < 0.5 and _are_exchanged(pair.photos):
-        return _undecided(pair, one, other, status, values)
+    if np.mean(ahead) < 0.5:
+        undecided = _undecided(pair, one, other, status, values)
+        if undecided.verdict == "photos exchanged":
+            return undecided
 
     # Matches far from the trend are wrong
     trend, off = _trend(one, values, pair.left.shape)
@@ -306,11 +308,12 @@ def _undecided(
     values: np.ndarray | None = None,
 ) -> YParallax:
     """The verdict without enough matches: perhaps the photos are exchanged."""
-    verdict = "photos exchanged" if _are_exchanged(pair.photos) else "too few points"
     values = np.full(len(points), np.nan) if values is None else values
-    trend, slip = np.full(3, np.nan), ""
-    if verdict == "too few points" and pair.photos and pair.within:
+    trend, slip, verdict = np.full(3, np.nan), "", "too few points"
+    if pair.photos and pair.within:
         slip = slips.likely(pair.photos, *pair.within)
+    if slip.startswith(slips.EXCHANGED) or not slip and _are_exchanged(pair.photos):
+        verdict = "photos exchanged"
     return YParallax(points, matched, values, status, trend, (), np.nan, verdict, slip)
 
 
