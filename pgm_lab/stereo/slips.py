@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pgm_lab import matching
 from pgm_lab.camera.photo import Photo
@@ -119,8 +120,11 @@ def _without_slip(
 ) -> Iterator[tuple[str, Photos, Pixels, np.ndarray, float]]:
     """What may be wrong, all that is given without it, and the misfit that is left."""
 
-    def changed(change: np.ndarray) -> Photos:
-        one, other = (replace(p, exterior=p.exterior * change) for p in photos)
+    def changed(times: ArrayLike, turns: tuple[int, int] = (0, 0)) -> Photos:
+        one, other = (
+            replace(p, exterior=p.exterior * times + np.r_[np.zeros(5), np.radians(k)])
+            for p, k in zip(photos, turns)
+        )
         return one, other
 
     def scaled(times: float) -> Photos:
@@ -136,24 +140,15 @@ def _without_slip(
         cured = changed(np.r_[np.ones(3), np.full(3, np.pi / half)])
         yield words, cured, pixels, limits, ROUGH
     # Files
-    for which, sides in (
-        ("each photo", (1, 1)),
-        ("the left photo", (1, 0)),
-        ("the right photo", (0, 1)),
-    ):
-        for turn in (180, 90, -90):
+    for turn in (180, 90, -90):
+        turned = {"each": (turn, turn), "the left": (turn, 0), "the right": (0, turn)}
+        for which, turns in turned.items():
             words = (
-                f"Is {which} turned, or kappa counted from another axis? With {turn}"
-                " degrees added to kappa it fits what the images show; turn the file"
-                " back, or add them"
+                f"Is {which} photo turned, or kappa counted from another axis? With"
+                f" {turn} degrees added to kappa it fits what the images show; turn the"
+                " file back, or add them"
             )
-            one, other = (
-                replace(
-                    p, exterior=p.exterior + np.r_[np.zeros(5), k * np.radians(turn)]
-                )
-                for p, k in zip(photos, sides)
-            )
-            yield words, (one, other), pixels, limits, ROUGH
+            yield words, changed(1, turns), pixels, limits, ROUGH
     for axis, how in enumerate(("left to right", "upside down")):
         words = (
             f"Are the photos mirrored, {how}, as film scanned from its other side?"
@@ -166,10 +161,11 @@ def _without_slip(
         yield words, photos, (a, b), limits, ROUGH
     # Stations
     words = (
-        f"{EXCHANGED} With the exterior orientation of the other one,"
-        " each fits what the images show"
+        f"{EXCHANGED} With the exterior orientation of the other one, each fits what"
+        " the images show: exchange the images, or their exterior orientations"
     )
-    yield words, exchanged(photos), pixels, limits, ROUGH
+    one, other = (replace(a, exterior=b.exterior) for a, b in (photos, photos[::-1]))
+    yield words, (one, other), pixels, limits, ROUGH
     X, Y, _ = np.transpose([photo.exterior[:3] for photo in photos])
     for east, north, order in ((X, Y, [0, 1]), (Y, X, [1, 0])):
         if np.abs(east).max() > 180 or np.abs(north).max() > 90:
@@ -208,12 +204,3 @@ def _without_slip(
             f" {times:.2g} times as large it fits what the images show"
         )
         yield words, scaled(times), pixels, limits, ROUGH
-
-
-def exchanged(photos: Photos) -> Photos:
-    """Both photos, each with the exterior orientation of the other."""
-    left, right = photos
-    return (
-        replace(left, exterior=right.exterior),
-        replace(right, exterior=left.exterior),
-    )

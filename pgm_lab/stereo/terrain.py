@@ -71,7 +71,7 @@ def filter_terrain(
     slope : float
         Steepest ground beside the slope of the land, as the tangent of its
         inclination: an opening may lower the ground by this times the growth of the
-        window.
+        window, or by as much as a hill goes on that smaller windows have lowered.
     widest : float
         Side of the largest window in m, wider than any object.
     least : float, optional
@@ -98,8 +98,8 @@ def filter_terrain(
     Warns
     -----
     UserWarning
-        If less than a tenth of the measured cells is ground, or more than a tenth lies
-        farther from all ground than the widest object: the terrain is then a guess.
+        If less than a tenth of the measured cells is ground, more than a tenth lies
+        farther from all of it than `widest`, or plates still eat crests: a guess then.
 
     References
     ----------
@@ -158,7 +158,7 @@ def filter_terrain(
         moving = before != ground
         if np.mean(moving) < 1e-3:
             break
-    _warn_of_a_guess(known, ground, moving, widest, dsm.cell)
+    _warn_of_a_guess(known, ground, moving, widest / dsm.cell)
 
     # Heights of the surface on the ground, of the plate elsewhere
     plate = _plate(z, ground, fine)
@@ -169,26 +169,21 @@ def filter_terrain(
 
 
 def _warn_of_a_guess(
-    known: np.ndarray,
-    ground: np.ndarray,
-    moving: np.ndarray,
-    widest: float,
-    cell: float,
+    known: np.ndarray, ground: np.ndarray, moving: np.ndarray, widest: float
 ) -> None:
     """Say it where most of the terrain rests on nothing that was measured."""
     # No cell of an object is farther from ground than its width; two cells for edges
     distance = cv2.distanceTransform((~ground).astype(np.uint8), cv2.DIST_L2, 5)
     share, away, changed = (
-        np.mean(one[known]) for one in (ground, distance > widest / cell + 2, moving)
+        np.mean(one[known]) for one in (ground, distance > widest + 2, moving)
     )
     if share < FEW or away > AWAY or changed > MOVING:
         warnings.warn(
             f"{share:.1%} of the measured cells are ground, and {away:.1%} lie farther"
-            f" than widest = {widest:g} m from all of it; the last plate still changed"
-            f" {changed:.1%}: the terrain departs from what was measured. Is least"
-            " smaller than three times the standard deviation of the heights, or than"
-            " the crests are sharp (least=1), slope than that of the hills, or widest"
-            " than an object?",
+            " than widest from all of it; the last plate still changed"
+            f" {changed:.1%}: the terrain departs from what was measured. Is least too"
+            " small for sharp crests, or for three times the standard deviation of the"
+            " heights, slope for the hills, or widest for an object?",
             stacklevel=3,
         )
 
