@@ -294,10 +294,10 @@ def wkt(crs: str) -> str:
     """Well-known text of a coordinate reference system, of the kind that LAS holds."""
     if not installed():
         raise ImportError(f"a coordinate reference system needs rasterio: {INSTALL}")
-    return _system(crs).to_wkt()
+    return system(crs).to_wkt()
 
 
-def _system(crs: str) -> Any:
+def system(crs: str) -> Any:
     """Coordinate reference system of a text; refused if it is not known."""
     from rasterio.crs import CRS
     from rasterio.errors import CRSError
@@ -347,9 +347,7 @@ def same_crs(one: str | None, other: str | None) -> bool:
         return True
     if not (one and other and installed()):
         return False
-    from rasterio.crs import CRS
-
-    return CRS.from_user_input(one) == CRS.from_user_input(other)
+    return system(one) == system(other)
 
 
 def write_bands(
@@ -380,7 +378,7 @@ def write_bands(
     profile |= {"dtype": bands.dtype.name, "nodata": nodata, "BIGTIFF": "IF_SAFER"}
     if transform is not None:
         affine = rasterio.Affine(*np.ravel(transform))
-        profile |= {"transform": affine, "crs": None if crs is None else _system(crs)}
+        profile |= {"transform": affine, "crs": None if crs is None else system(crs)}
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)

@@ -27,6 +27,12 @@ DEEP = "I", "F", "I;16", "I;16B", "I;16L"  # grey with more than 8 bits in Pillo
 FORMATS = "JPEG", "PNG", "TIFF", "JPEG2000", "BMP", "GIF", "WEBP", "PPM"
 HEIC = b"heic", b"heix", b"hevc", b"hevx", b"heim", b"mif1", b"msf1"
 CONVERT = "save it as JPEG, PNG or TIFF"
+RGB_TIFF = (
+    "Pillow takes no TIFF whose bands are not marked as red, green and blue, or lie"
+    " apart: mark them with gdal_translate -b 1 -b 2 -b 3 -co PHOTOMETRIC=RGB -co"
+    " INTERLEAVE=PIXEL in.tif out.tif"
+)
+ALPHA = 0.9  # share of its values that are 0 or opaque; else a fourth band is infrared
 NODATA = 42113  # the tag of GDAL
 SUBFILE, SMALLER_OR_MASK = 0x00FE, 1 | 4  # the tag of TIFF that says what a page is
 
@@ -54,7 +60,7 @@ def read(
         Grey values in their own type, 8 or 16 bit or float; of colours in float32.
         Upright as EXIF states. Masked where a value is NaN, infinite, more than half
         transparent, or what a GeoTIFF states for no data, in all its channels; an array
-        without a mask if all pixels have data.
+        without a mask if all pixels have data. Infrared as fourth channel is left out.
 
     Raises
     ------
@@ -138,6 +144,8 @@ def opened(
             " part that both photos show"
         ) from None
     except Image.UnidentifiedImageError:
+        if head.startswith((b"II", b"MM")):
+            convert = RGB_TIFF
         raise ValueError(
             f"{name}: this is not an image that can be read; {convert}"
         ) from None
@@ -283,7 +291,9 @@ def _grey(values: np.ndarray, mask: Any, name: str, colour: str) -> np.ndarray:
         if values.shape[2] == 4:
             whole = values.dtype.kind in "iu"
             opaque = float(np.iinfo(values.dtype).max) if whole else 1.0
-            mask = mask | (values[..., 3] < opaque / 2)
+            alpha = values[..., 3]
+            if np.mean((alpha == 0) | (alpha == opaque)) >= ALPHA:
+                mask = mask | (alpha < opaque / 2)
         values = _one_channel(values, name, colour)
     if values.dtype.kind == "f":
         mask = mask | ~np.isfinite(values)

@@ -315,7 +315,15 @@ def _belongs(folder: Path, now: dict[str, Any], overwrite: bool) -> None:
     """Refuse a folder of another block; record what it belongs to."""
     path = folder / LIST
     now = json.loads(json.dumps(now, default=lambda number: number.item()))
-    then = json.loads(path.read_text("utf-8")) if path.exists() else {}
+    try:
+        then = dict(json.loads(path.read_text("utf-8"))) if path.exists() else {}
+    except (ValueError, TypeError):
+        if not overwrite:
+            raise FileExistsError(
+                f"{_files.printable(path)} is damaged: let overwrite=True write it"
+                " anew, which keeps the pairs that fit, or name another folder"
+            ) from None
+        then = {}
     changed = [name for name in now if then.get(name, now[name]) != now[name]]
     if changed and not overwrite:
         name = changed[0]

@@ -124,14 +124,10 @@ class YParallax:
             f"The y parallax of {self.n} points is {self.mean:.2f} px in the mean, and"
             f" its RMSE {self.rmse:.2f} px. "
         )
-        if self.verdict == "photos exchanged":
-            return (
-                "The photos are exchanged: the one called the left photo was taken at"
-                " the right station. Exchange the images, or their exterior"
-                " orientations."
-            )
+        if self.slip and self.verdict in ("photos exchanged", "too few points"):
+            return f"{self.slip}."
         if self.verdict == "too few points":
-            return self.slip or (
+            return (
                 f"Only {self.n} points of the left normal image were found in the right"
                 " one, too few for a verdict. Either they do not show the same ground"
                 " (check photos and exterior orientations), or it has no texture, as"
@@ -242,9 +238,6 @@ def y_parallax(
     values = np.where(good, other[:, 1] - one[:, 1], np.nan)
     if good.sum() < MIN_POINTS:
         return _undecided(pair, one, other, status, values)
-    ahead = pair.parallax(one[:, 0] - other[:, 0])[good] > 0
-    if np.mean(ahead) < 0.5 and _are_exchanged(pair.photos):
-        return _undecided(pair, one, other, status, values)
 
     # Matches far from the trend are wrong
     trend, off = _trend(one, values, pair.left.shape)
@@ -267,7 +260,9 @@ def y_parallax(
     # Noise alone makes a trend of this size
     chance = 3 * nmad(off[used]) * np.sqrt(3 / used.sum())
     verdict = "wrong orientation"
-    if _rms(values[used]) < MAX_RMSE:
+    if slips.EXCHANGED in slip:
+        verdict = "photos exchanged"
+    elif _rms(values[used]) < MAX_RMSE:
         verdict = "well oriented"
     elif _rms((values - off)[used]) < max(MAX_RMSE, chance):
         verdict = "no trend"
@@ -306,11 +301,12 @@ def _undecided(
     values: np.ndarray | None = None,
 ) -> YParallax:
     """The verdict without enough matches: perhaps the photos are exchanged."""
-    verdict = "photos exchanged" if _are_exchanged(pair.photos) else "too few points"
     values = np.full(len(points), np.nan) if values is None else values
-    trend, slip = np.full(3, np.nan), ""
-    if verdict == "too few points" and pair.photos and pair.within:
+    trend, slip, verdict = np.full(3, np.nan), "", "too few points"
+    if pair.photos and pair.within:
         slip = slips.likely(pair.photos, *pair.within)
+    if slips.EXCHANGED in slip:
+        verdict = "photos exchanged"
     return YParallax(points, matched, values, status, trend, (), np.nan, verdict, slip)
 
 
@@ -359,16 +355,3 @@ def explanations(
         value, rmse = best([k])
         alone.append(Element(name, float(value[0]), rmse))
     return tuple(sorted(alone, key=lambda e: e.remaining)), best([0, 1, 2, 3, 4])[1]
-
-
-def _are_exchanged(photos: tuple[Photo, Photo] | None) -> bool:
-    """Whether the photos fit their exterior orientations better the other way round."""
-    if photos is None:
-        return False
-    if (pixels := slips.common_points(photos)) is None:
-        return False
-    here, there = (
-        np.mean(_parallaxes(two, *pixels)[:, 0] > 0)
-        for two in (photos, slips.exchanged(photos))
-    )
-    return bool(here < 0.5 < there)

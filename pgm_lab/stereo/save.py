@@ -1,6 +1,7 @@
 """Points and surfaces in files that other programs read: CSV, LAS and GeoTIFF."""
 
 import os
+import warnings
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -53,8 +54,8 @@ def save_points(
     OSError
         If the file exists already, or cannot be written.
     ValueError
-        If an argument is not as described here, `crs` is not known, there are no
-        points, or coordinates of one are NaN, infinite or above 1e30.
+        If an argument is not as described here, `crs` is not known or counts in
+        degrees, there are no points, or coordinates are NaN, infinite or above 1e30.
 
     Examples
     --------
@@ -111,7 +112,7 @@ def save_surface(
     OSError
         If the file exists already, or cannot be written.
     ValueError
-        If an argument is not as described here, or `crs` is not known.
+        If an argument is not as described here, or `crs` is not known or in degrees.
 
     Examples
     --------
@@ -150,10 +151,28 @@ def _save(
         _validate.text(crs, "crs")
         if suffix == ".csv":
             raise ValueError(f"crs: a .csv cannot store it; save as {list(writers)[1]}")
+    crs = None if suffix == ".csv" else _metric(crs, what.crs)
     file = files.place(path)
     with files.atomic(file, overwrite=overwrite) as part:
-        writers[suffix](what, part, what.crs if crs is None else crs)
+        writers[suffix](what, part, crs)
     return file
+
+
+def _metric(asked: str | None, known: str | None) -> str | None:
+    """Coordinate reference system to write; one that cannot be right is said."""
+    crs = known if asked is None else asked
+    if crs and geotiff.installed() and geotiff.system(crs).is_geographic:
+        raise ValueError(
+            f"crs {crs!r:.60} counts in degrees, and X and Y are metres: name the map"
+            " of the stations, such as 'EPSG:32748'"
+        )
+    if known is not None and not geotiff.same_crs(crs, known):
+        warnings.warn(
+            f"crs={crs!r:.60} is written, but the photos name {known!r:.60}, and saving"
+            " transforms nothing: without crs= the file names theirs",
+            stacklevel=4,
+        )
+    return crs
 
 
 def _points_csv(points: Points, path: Path, _: str | None) -> None:

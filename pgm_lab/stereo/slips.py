@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pgm_lab import matching
 from pgm_lab.camera.photo import Photo
@@ -20,9 +21,11 @@ ROUGH = 0.005  # radians: a direct orientation by GNSS and IMU is no worse
 CONVERGENCE = 0.05  # radians: at most between the grid of a map and true north
 BETTER = 10  # times closer the rays have to pass each other without the slip
 FAR = 2.0  # times the depth: limits that are no slip are not so far off, feet farther
+ALIKE = 2e-4  # radians: rays that miss each other by so much more fit as well
 NEAR = 0.1  # of the depth, outside its limits: no more is left without the slip
 FOOT = 0.3048  # m
 EARTH = 6.371e6  # m, radius
+EXCHANGED = "Are the photos exchanged?"  # how the sentence about them begins
 TIMES = np.geomspace(1.5, 30, 60)  # how much a photo may have been reduced
 
 Photos = tuple[Photo, Photo]
@@ -65,14 +68,21 @@ def likely(
     if given <= ROUGH and right_depth:
         return ""
     fitting = []
-    for words, cured, within, most in _without_slip(photos, along, limits):
-        misfit, depth = _misfit(cured, pixels, along, within)
-        # What makes a wrong depth right explains it, but a pixel size always could
-        scaled = cured[0].pixel_size != photos[0].pixel_size
-        proved = misfit * BETTER < given or not (right_depth or scaled)
+    for words, cured, at, within, most in _without_slip(photos, pixels, along, limits):
+        misfit, depth = _misfit(cured, at, along, within)
+        # What makes a wrong depth right explains it, but some reduction always could
+        scale = cured[0].pixel_size / photos[0].pixel_size
+        reduced = TIMES[0] <= scale <= TIMES[-1]
+        proved = misfit * BETTER < given or not (right_depth or reduced)
         if proved and misfit <= most and abs(depth - 1) <= NEAR:
             fitting.append((misfit, words))
-    return min(fitting)[1] if fitting else ""
+    # Photos without tilt do not tell exchanged from turned and mirrored ones
+    fitting.sort()
+    questions: dict[str, str] = {}
+    for misfit, words in fitting:
+        if misfit <= fitting[0][0] + ALIKE:
+            questions.setdefault(words.partition("?")[0], words)
+    return ". Or: ".join(questions.values())
 
 
 def _misfit(
@@ -106,12 +116,19 @@ def _misfit(
 
 
 def _without_slip(
-    photos: Photos, along: str, limits: np.ndarray
-) -> Iterator[tuple[str, Photos, np.ndarray, float]]:
-    """What may be wrong, photos and limits without it, and the misfit that is left."""
+    photos: Photos, pixels: Pixels, along: str, limits: np.ndarray
+) -> Iterator[tuple[str, Photos, Pixels, np.ndarray, float]]:
+    """What may be wrong, all that is given without it, and the misfit that is left."""
 
-    def changed(change: np.ndarray) -> Photos:
-        one, other = (replace(p, exterior=p.exterior * change) for p in photos)
+    def changed(times: ArrayLike, turns: tuple[int, int] = (0, 0)) -> Photos:
+        one, other = (
+            replace(p, exterior=p.exterior * times + np.r_[np.zeros(5), np.radians(k)])
+            for p, k in zip(photos, turns)
+        )
+        return one, other
+
+    def scaled(times: float) -> Photos:
+        one, other = (replace(p, pixel_size=times * p.pixel_size) for p in photos)
         return one, other
 
     # Angles
@@ -120,13 +137,35 @@ def _without_slip(
             f"Are the angles in {unit}? Taken so they fit what the images show; give"
             f" omega, phi and kappa in radians, times pi / {half}"
         )
-        yield words, changed(np.r_[np.ones(3), np.full(3, np.pi / half)]), limits, ROUGH
+        cured = changed(np.r_[np.ones(3), np.full(3, np.pi / half)])
+        yield words, cured, pixels, limits, ROUGH
+    # Files
+    for turn in (180, 90, -90):
+        turned = {"each": (turn, turn), "the left": (turn, 0), "the right": (0, turn)}
+        for which, turns in turned.items():
+            words = (
+                f"Is {which} photo turned, or kappa counted from another axis? With"
+                f" {turn} degrees added to kappa it fits what the images show; turn the"
+                " file back, or add them"
+            )
+            yield words, changed(1, turns), pixels, limits, ROUGH
+    for axis, how in enumerate(("left to right", "upside down")):
+        words = (
+            f"Are the photos mirrored, {how}, as film scanned from its other side?"
+            " Mirrored back they fit what the images show"
+        )
+        a, b = (
+            np.where(np.arange(2) == axis, p.grey.shape[1 - axis] - 1 - at, at)
+            for p, at in zip(photos, pixels)
+        )
+        yield words, photos, (a, b), limits, ROUGH
     # Stations
     words = (
-        "Are the photos exchanged? With the exterior orientation of the other one,"
-        " each fits what the images show"
+        f"{EXCHANGED} With the exterior orientation of the other one, each fits what"
+        " the images show: exchange the images, or their exterior orientations"
     )
-    yield words, exchanged(photos), limits, ROUGH
+    one, other = (replace(a, exterior=b.exterior) for a, b in (photos, photos[::-1]))
+    yield words, (one, other), pixels, limits, ROUGH
     X, Y, _ = np.transpose([photo.exterior[:3] for photo in photos])
     for east, north, order in ((X, Y, [0, 1]), (Y, X, [1, 0])):
         if np.abs(east).max() > 180 or np.abs(north).max() > 90:
@@ -140,7 +179,7 @@ def _without_slip(
             replace(p, exterior=np.r_[p.exterior[order] * metres, p.exterior[2:]])
             for p in photos
         )
-        yield words, (one, other), limits, CONVERGENCE
+        yield words, (one, other), pixels, limits, CONVERGENCE
     # Feet
     for what, cured, within in (
         ("Z of the stations", changed(np.r_[1, 1, FOOT, 1, 1, 1]), limits),
@@ -151,21 +190,17 @@ def _without_slip(
             f"Are {what} in feet? In metres, times {FOOT}, they fit what the images"
             " show"
         )
-        yield words, cured, within, ROUGH
+        yield words, cured, pixels, within, ROUGH
     # Pixels
+    for unit, times in (("micrometres", 1e-3), ("metres", 1e3)):
+        words = (
+            f"Is the pixel size in {unit}? In mm, times {times:g}, it fits what the"
+            " images show"
+        )
+        yield words, scaled(times), pixels, limits, ROUGH
     for times in TIMES:
-        one, other = (replace(p, pixel_size=times * p.pixel_size) for p in photos)
         words = (
             "Is the pixel size that of the photos before they were reduced? About"
             f" {times:.2g} times as large it fits what the images show"
         )
-        yield words, (one, other), limits, ROUGH
-
-
-def exchanged(photos: Photos) -> Photos:
-    """Both photos, each with the exterior orientation of the other."""
-    left, right = photos
-    return (
-        replace(left, exterior=right.exterior),
-        replace(right, exterior=left.exterior),
-    )
+        yield words, scaled(times), pixels, limits, ROUGH

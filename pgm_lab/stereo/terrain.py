@@ -17,11 +17,13 @@ from pgm_lab.stereo.grid import Surface
 ORIGINS = ("ground", "interpolated under an object", "interpolated", "nothing")
 GROUND, UNDER, BETWEEN, NOTHING = range(4)
 MAX_ITERATIONS = 8  # of plate and residuals
-FEW, AWAY = 0.1, 0.1  # shares of the measured cells: ground, and far from all of it
+# Shares of the measured cells: ground, far from it, and changed by the last plate
+FEW, AWAY, MOVING = 0.1, 0.1, 0.003
 STIFFNESS = 1.0  # of the plate: it smooths over about one of its cells
 STIFF = 30.0  # of the first one, with objects still below it
 BLOCK = 0.5  # m: openings see nothing smaller, or furrows stand out for them
 HOUSE = 3.0  # m: the least height of one
+HILL = 8.0  # m: the least radius of one; gables are smaller
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +71,7 @@ def filter_terrain(
     slope : float
         Steepest ground beside the slope of the land, as the tangent of its
         inclination: an opening may lower the ground by this times the growth of the
-        window.
+        window, or by as much as a hill goes on that smaller windows have lowered.
     widest : float
         Side of the largest window in m, wider than any object.
     least : float, optional
@@ -96,8 +98,8 @@ def filter_terrain(
     Warns
     -----
     UserWarning
-        If less than a tenth of the measured cells is ground, or more than a tenth lies
-        farther from all ground than the widest object: the terrain is then a guess.
+        If less than a tenth of the measured cells is ground, more than a tenth lies
+        farther from all of it than `widest`, or plates still eat crests: a guess then.
 
     References
     ----------
@@ -153,9 +155,10 @@ def filter_terrain(
         plate = _plate(z, ground, coarse)
         objects = known & (np.abs(z - plate) > least)
         before, ground = ground, known & ~_wider(objects, margin / dsm.cell)
-        if np.mean(before != ground) < 1e-3:
+        moving = before != ground
+        if np.mean(moving) < 1e-3:
             break
-    _warn_of_a_guess(known, ground, widest, dsm.cell)
+    _warn_of_a_guess(known, ground, moving, widest / dsm.cell)
 
     # Heights of the surface on the ground, of the plate elsewhere
     plate = _plate(z, ground, fine)
@@ -166,21 +169,21 @@ def filter_terrain(
 
 
 def _warn_of_a_guess(
-    known: np.ndarray, ground: np.ndarray, widest: float, cell: float
+    known: np.ndarray, ground: np.ndarray, moving: np.ndarray, widest: float
 ) -> None:
     """Say it where most of the terrain rests on nothing that was measured."""
     # No cell of an object is farther from ground than its width; two cells for edges
     distance = cv2.distanceTransform((~ground).astype(np.uint8), cv2.DIST_L2, 5)
-    share, away = (
-        np.mean(one[known]) for one in (ground, distance > widest / cell + 2)
+    share, away, changed = (
+        np.mean(one[known]) for one in (ground, distance > widest + 2, moving)
     )
-    if share < FEW or away > AWAY:
+    if share < FEW or away > AWAY or changed > MOVING:
         warnings.warn(
             f"{share:.1%} of the measured cells are ground, and {away:.1%} lie farther"
-            f" than widest = {widest:g} m from all of it, so that the terrain departs"
-            " from what was measured. Is least smaller than three times the standard"
-            " deviation of the heights, slope than that of the hills, or widest than an"
-            " object?",
+            " than widest from all of it; the last plate still changed"
+            f" {changed:.1%}: the terrain departs from what was measured. Is least too"
+            " small for sharp crests, or for three times the standard deviation of the"
+            " heights, slope for the hills, or widest for an object?",
             stacklevel=3,
         )
 
@@ -215,14 +218,18 @@ def _stands_out(
     most: float,
 ) -> np.ndarray:
     """What openings in growing windows lower by more than a slope can explain."""
-    last = np.where(np.isnan(height), np.nanmax(height), height).astype(np.float32)
-    objects = np.zeros(last.shape, bool)
+    top = np.where(np.isnan(height), np.nanmax(height), height).astype(np.float32)
+    last, objects = top, np.isnan(height)
     largest = min(max(1, math.ceil(widest / 2 / cell)), max(last.shape))
     radius, before = 1, 0
     while before < largest:
         opened = _open(last, radius)
-        rise = least + slope * (radius - before) * cell
-        objects |= last - opened > min(rise, most)
+        # A hill goes on as steeply as it began, a round one up to twice
+        lost = np.where(objects, 0, top - last - least)
+        lost = cv2.dilate(lost, np.ones((2 * before + 1,) * 2, np.uint8))
+        steep = np.maximum(slope, 2 * lost / max(HILL, before * cell))
+        rise = least + steep * (radius - before) * cell
+        objects |= last - opened > np.minimum(rise, most)
         # By an eighth, or what a slope may explain hides an object
         wider = min(max(radius + 1, radius * 9 // 8), largest)
         last, before, radius = opened, radius, wider

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageOps, TiffImagePlugin
 
+from pgm_lab.io import geotiff
 from pgm_lab.io import photo as photos
 from pgm_lab.matching import read
 
@@ -119,6 +120,24 @@ def test_what_is_transparent_is_masked(tmp_path):
     palette = Image.fromarray(GREY).quantize(8)
     found = read(saved(palette, tmp_path / "p.png", transparency=2))
     np.testing.assert_array_equal(found.mask, np.asarray(palette) == 2)
+
+
+def test_infrared_is_no_transparency():
+    """Even if the file calls it so, as GDAL does with any four bands of 8 bits."""
+    infrared = RNG.integers(0, 256, GREY.shape, dtype=np.uint8)
+    colours = np.dstack([RGB, infrared])
+    for photo in (colours, Image.fromarray(colours), colours / 255.0):
+        assert not np.ma.is_masked(grey_of(photo))
+
+
+def test_a_tiff_of_unmarked_bands_is_told_what_to_do(tmp_path):
+    pytest.importorskip("rasterio")
+    bands, path = np.moveaxis(DEEP_RGB, 2, 0), tmp_path / "a.tif"
+    geotiff.write_bands(path, bands)
+    with pytest.raises(ValueError, match="-co PHOTOMETRIC=RGB -co INTERLEAVE=PIXEL"):
+        read(path, colour="grey")
+    geotiff.write_bands(path, bands, photometric="rgb", interleave="pixel")
+    assert read(path, colour="grey").max() > 255  # the cure keeps 16 bits
 
 
 def test_what_a_geotiff_states_for_no_data_is_masked(tmp_path):

@@ -150,6 +150,18 @@ def test_a_full_disk_stops_the_run(photos, empty, tmp_path):
         plot(replaced(photos, 1, blocks.Full, tmp_path), empty)
 
 
+@pytest.mark.parametrize("damage", ['{"cell": 1.', "[1]", "\0"])
+def test_a_damaged_list_is_said_and_written_anew_only_when_told(photos, empty, damage):
+    plot(photos, empty, PAIRS[:1])
+    whole = content(empty)
+    (empty / "block.json").write_text(damage)
+    with pytest.raises(FileExistsError, match="block.json is damaged: let overwrite"):
+        plot(photos, empty, PAIRS[:1])
+    assert (empty / "block.json").read_text() == damage
+    assert plot(photos, empty, PAIRS[:1], overwrite=True).pairs[0].status == "found"
+    assert content(empty) == whole
+
+
 @pytest.mark.parametrize(
     "changed",
     [

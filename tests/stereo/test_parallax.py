@@ -121,7 +121,7 @@ def test_exchanged_images_are_found_out(photos):
     exchanged = replace(left, grey=right.grey), replace(right, grey=left.grey)
     found = measured(*exchanged, number=40)
     assert found.verdict == "photos exchanged"
-    assert "Exchange the images" in found.message
+    assert "exchange the images" in found.message
 
 
 def test_photos_exchanged_with_their_orientations_are_as_good(photos):

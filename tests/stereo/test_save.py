@@ -1,5 +1,6 @@
 """Files read back by the libraries of their formats."""
 
+import contextlib
 import sys
 from dataclasses import replace
 
@@ -62,11 +63,20 @@ def test_the_reference_system_is_written_as_asked_or_as_known(suffix, points, tm
     ):  # fmt: skip
         cloud = replace(points, crs=known)
         file = tmp_path / f"{known}_{asked}.{suffix}".replace(":", "_")
-        if suffix == "las":
-            stereo.save_points(cloud, file, crs=asked)
-        else:
-            stereo.save_surface(stereo.surface(cloud, 100.0), file, crs=asked)
+        save = stereo.save_points
+        if suffix == "tif":
+            cloud, save = stereo.surface(cloud, 100.0), stereo.save_surface
+        with contextlib.ExitStack() as stack:
+            if known and asked:
+                said = "crs='EPSG:32633' is written, but the photos name 'EPSG:32748'"
+                stack.enter_context(pytest.warns(UserWarning, match=said))
+            save(cloud, file, crs=asked)
         assert read_crs(file) == expected
+        degrees = "EPSG:4326"
+        with pytest.raises(ValueError, match=f"'{degrees}' counts in degrees"):
+            cloud = replace(cloud, crs=known or degrees)
+            save(cloud, file.with_stem("degrees"), crs=known and degrees)
+        assert not file.with_stem("degrees").exists()
     if suffix == "las":
         with pytest.raises(ValueError, match="'nowhere' is not known"):
             stereo.save_points(points, tmp_path / "a.las", crs="nowhere")

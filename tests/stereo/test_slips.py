@@ -1,5 +1,6 @@
 """Slips are named where the images prove them, and nothing is where they do not."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -55,12 +56,43 @@ SLIPS = {
     "in gon": lambda e: np.r_[e[:3], np.degrees(e[3:]) / 0.9],
     "longitude and latitude": degrees_of_the_earth,
     FEET: lambda e: e / [1, 1, FOOT, 1, 1, 1],
+    "each photo turned.* 180 degrees": lambda e: e + [0, 0, 0, 0, 0, np.pi],
+    "each photo turned.* -90 degrees": lambda e: e + [0, 0, 0, 0, 0, np.pi / 2],
 }
 
 
 @pytest.mark.parametrize("words", SLIPS)
 def test_a_wrong_unit_of_the_orientation_is_named(photos, matched, words):
-    assert words in told(oriented(photos, SLIPS[words]), HEIGHTS)
+    assert re.search(words, told(oriented(photos, SLIPS[words]), HEIGHTS))
+
+
+@pytest.mark.parametrize("axis, how", [(0, "left to right"), (1, "upside down")])
+def test_mirrored_photos_are_named(photos, pixels, axis, how, monkeypatch):
+    last = np.flip(photos[0].grey.shape)[axis] - 1
+    swapped = [abs(last * (np.arange(2) == axis) - at) for at in pixels]
+    monkeypatch.setattr(slips, "common_points", lambda _: swapped)
+    mirrored = [replace(p, grey=np.flip(p.grey, 1 - axis)) for p in photos]
+    assert f"mirrored, {how}" in told(mirrored, HEIGHTS)
+
+
+@pytest.mark.parametrize("unit, times", [("micrometres", 1e3), ("metres", 1e-3)])
+def test_a_pixel_size_in_another_unit_is_named(photos, matched, unit, times):
+    wrong = [replace(one, pixel_size=one.pixel_size * times) for one in photos]
+    assert f"pixel size in {unit}?" in told(wrong, HEIGHTS)
+
+
+def test_one_turned_photo_is_named_and_what_level_photos_leave_open(photos):
+    rng = np.random.default_rng(3)
+    X = rng.uniform((-150, -200, -60), (150, 200, 60), (40, 3))
+    level = oriented(photos, lambda e: np.r_[e[0], 2, 1000, 0, 0, 0])
+    for given, whose in ((photos, "the left photo"), (level, "each photo")):
+        pixels = [one.project(X) for one in given]
+        turned = oriented(given, lambda e: e + [0, 0, 0, 0, 0, np.pi])
+        if given is photos:
+            turned = turned[0], given[1]
+        found = slips.likely(turned, "heights", np.array(HEIGHTS), pixels)
+        assert f"Is {whose} turned" in found
+        assert ("Are the photos exchanged?" in found) == (given is level)
 
 
 @pytest.mark.slow
