@@ -1,6 +1,7 @@
 """The task of chapter 7: how two satellite images lie, and what changed in between."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -70,13 +71,16 @@ def make(chance: np.random.RandomState) -> tuple[dict, Truth]:
     turned = np.array([(c, s), (-s, c)])
     left, top = chance.randint(MARGIN, 1200 - FINER * SIZE - MARGIN, 2) - MARGIN
     wide = FINER * SIZE + 2 * MARGIN
-    scene = datasets.landsat().grey[top : top + wide, left : left + wide].astype(float)
+    scene = _landsat()[top : top + wide, left : left + wide].astype(float)
     scene = np.clip((scene - 5900) / (9300 - 5900), 0, 1) * 200 + 20
-    scene = scipy.ndimage.gaussian_filter(scene, 1.2 * FINER)
+    spline = scipy.ndimage.spline_filter(
+        scipy.ndimage.gaussian_filter(scene, 1.2 * FINER), mode="mirror"
+    )
 
     def taken(at: np.ndarray) -> np.ndarray:
         places = MARGIN + FINER * at.T[::-1]
-        return scipy.ndimage.map_coordinates(scene, places, order=3).reshape(SIZE, SIZE)
+        values = scipy.ndimage.map_coordinates(spline, places, order=3, prefilter=False)
+        return values.reshape(SIZE, SIZE)
 
     def shifts(at: np.ndarray) -> np.ndarray:
         return shift + (at - CENTRE) @ (turned - np.eye(2))
@@ -129,6 +133,11 @@ def make(chance: np.random.RandomState) -> tuple[dict, Truth]:
         "points.csv": table("column,row", "{},{}", points),
         "fields.csv": table("column,row", "{},{}", fields),
     }, Truth(answer, shifts(np.zeros(2)), points[free], true[free], reference, fields)
+
+
+@cache
+def _landsat() -> np.ndarray:
+    return datasets.landsat().grey
 
 
 def _grid(n: int) -> np.ndarray:
