@@ -19,7 +19,7 @@ DIGESTS: dict[str, str] = {
     "5": "945d3a680d1c4d2b",
     "6": "a244d638c10c7ea8",
     "7": "14ed13ef418403e9",
-    "8": "88bcf6574e78e9bf",
+    "8": "c87c1cda841ca378",
     "9": "e44fe72a4b1ed125",
 }
 
