@@ -27,11 +27,12 @@ from pgm_lab.rotation import matrix
 from pgm_lab.simulate import Landscape
 from pgm_lab.stereo import NormalPair
 
-# Column, row, window, least and greatest disparity, and the true one
+# Column, row, window, least and greatest disparity, the true one, and 1 or a negative
 SEARCHES = [
-    (48, 30, 7, -6, 6, 2.3),
-    (60, 25, 9, 0, 12, 5.6),
-    (70, 33, 5, -12, 0, -7.4),
+    (48, 30, 7, -6, 6, 2.3, 1),
+    (60, 25, 9, 0, 12, 5.6, 1),
+    (70, 33, 5, -12, 0, -7.4, 1),
+    (48, 30, 7, -6, 6, 2.3, -1),
 ]
 
 
@@ -164,6 +165,10 @@ def _slips_of_a_line(
         "the third, and only it, is multiplied by the −c of the photo": (a, b, w),
         "M has to rotate the normal, not its transpose": (s, t, -c * q),
         "the normal has to be rotated into the right photo by M": (n, m, -c * k),
+        "base and ray are both in object space: M rotates their product": (
+            *np.cross(base, M @ ray)[:2],
+            -c * np.cross(base, M @ ray)[2],
+        ),
         "the line holds points of the plane: its normal is a cross product": (
             *(M @ (np.asarray(base) + ray))[:2],
             -c * (M @ (np.asarray(base) + ray))[2],
@@ -182,7 +187,10 @@ def best_disparity(function: Callable[..., object]) -> None:
     searches = _searches()
     found = [_search(function, *case) for case in searches]
     wanted = [_search(textbook.best_disparity, *case) for case in searches]
-    (d, r), (true, highest) = np.transpose(found), np.transpose(wanted)
+    positive = [_search(textbook.best_disparity, *case[:6], 1)[0] for case in searches]
+    (d, r), (true, highest) = np.nan_to_num(
+        [np.transpose(found), np.transpose(wanted)], nan=1e3
+    )
     low = np.array([case[3] for case in searches], float)
     whole = np.round(true)
     slips = [
@@ -204,16 +212,17 @@ def best_disparity(function: Callable[..., object]) -> None:
             "the right window goes to the wrong side: the disparity is left column"
             " minus right column. Which right column does d belong to?",
         ),
+        (positive, "r counts with its sign: a window's negative does not fit it"),
         (true - low, "that is the index in the list of r, which begins at low"),
         (whole - low, "that is the index in the list of r, which begins at low"),
     ]
     otherwise = "the disparity is not that of the highest r along the row"
-    column, row, window, *_, shift = searches[0]
+    column, row, window, *_, shift, sign = searches[0]
     ends = [
-        _search(function, column, row, window, *ends, shift)[0]
+        _search(function, column, row, window, *ends, shift, sign)[0]
         for ends in ((3, 9), (-6, 2))
     ]
-    good = near(np.nan_to_num(d, nan=1e6), true, 1e-6)
+    good = near(d, true, 1e-6)
     exchanged = near(d, highest, 1e-6)
     report(
         "best_disparity",
@@ -221,7 +230,7 @@ def best_disparity(function: Callable[..., object]) -> None:
             (
                 "the disparity of the highest r",
                 good,
-                first_slip(np.nan_to_num(d, nan=1e6), slips, otherwise),
+                first_slip(d, slips, otherwise),
             ),
             (
                 "its r",
@@ -247,6 +256,7 @@ def _searches() -> list[tuple]:
                 case[2] + 6,
                 *case[3:5],
                 case[5] + rng.uniform(-0.25, 0.15),
+                case[6],
             )
             for case in SEARCHES
         ]
@@ -256,15 +266,15 @@ def _searches() -> list[tuple]:
 
 def _on_the_other_side() -> np.ndarray:
     """Disparities that a search finds which adds d to the column."""
-    turned = [(*case[:3], -case[4], -case[3], case[5]) for case in _searches()]
+    turned = [(*case[:3], -case[4], -case[3], *case[5:]) for case in _searches()]
     found = [-_search(textbook.best_disparity, *case)[0] for case in turned]
-    return np.nan_to_num(found, nan=1e6)
+    return np.nan_to_num(found, nan=1e3)
 
 
 def _search(function: Callable[..., object], *case: float) -> tuple[float, float]:
     """Disparity and r that a function finds in a scene that was moved."""
-    column, row, window, low, high, shift = case
-    right = scipy.ndimage.shift(scene(), (0, -shift), order=3, mode="mirror")
+    column, row, window, low, high, shift, sign = case
+    right = sign * scipy.ndimage.shift(scene(), (0, -shift), order=3, mode="mirror")
     with in_words("Is the right window as large? A slice ends before its last number"):
         answer = answer_of(function, scene(), right, column, row, window, low, high)
     try:
@@ -376,6 +386,7 @@ def normal_case(function: Callable[..., object]) -> None:
         (seen(np.eye(3), x, y), "the rays begin in the normal case: N is missing"),
         (seen(N @ M @ M, x, y), "M rotates into the photo: its inverse is used here"),
         (seen(M @ N.T @ M, x, y), "M and N are exchanged"),
+        (seen(N.T @ M @ M, x, y), "M and N are both transposed: it is M N^T"),
         (seen(N, x, -y), "y points up, and rows count downwards"),
         (seen(S @ N @ M.T @ S @ M, x, y), "y points up, and rows count downwards"),
         (taken(place[..., ::-1]), "rows and columns are exchanged"),

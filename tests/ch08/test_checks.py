@@ -105,6 +105,7 @@ def test_a_slip_of_the_line_is_named():
         (lambda b, u, M, c: line(b, u, M, -1.0), "and only it"),
         (lambda b, u, M, c: line(b, u, M.T, c), "transpose"),
         (lambda b, u, M, c: line(b, u, np.eye(3), c), "rotated into the right photo"),
+        (lambda b, u, M, c: line(b, M @ u, np.eye(3), c), "both in object space"),
         (lambda b, u, M, c: line(b, u, M, 2 * c), "other heights"),
         (lambda b, u, M, c: line(b, u, M, c)[:2], "shape"),
         (lambda b, u, M, c: np.zeros(3), "still zero"),
@@ -153,6 +154,13 @@ def too_short(left, right, column, row, window, low, high):
     return 0, correlation(target, right[rows, column - window // 2 : column + 3])
 
 
+def whatever_the_sign(left, right, column, row, window, low, high):
+    """`abs(correlation(...))`, which takes a negative for a match."""
+    pairs = (right, -right)
+    found = [search(left, one, column, row, window, low, high) for one in pairs]
+    return max(found, key=lambda one: one[1])
+
+
 def without_ends(left, right, column, row, window, low, high):
     d, r = search(left, right, column, row, window, low, high)
     return (low, r) if np.isnan(d) else (d, r)
@@ -172,6 +180,7 @@ def test_a_slip_of_the_search_is_named():
         (altered(lambda d, r, low: (d, r**2)), "r is not the highest"),
         (altered(lambda d, r, low: (np.nan, r)), "not that of the highest"),
         (to_the_other_side, "the wrong side"),
+        (whatever_the_sign, "counts with its sign"),
         (without_ends, "no peak"),
         (too_short, "ends before its last number"),
     ]
@@ -262,6 +271,7 @@ def test_a_slip_of_the_normal_case_is_named():
         (turned(lambda M, N: N.T), "M is missing"),
         (turned(lambda M, N: M.T @ N.T), "its inverse"),
         (turned(lambda M, N: N @ M.T), "exchanged"),
+        (turned(lambda M, N: M.T @ N), "both transposed"),
         (lambda *a: normal(*a, up=1), "rows count downwards"),
         (lambda *a: normal(*a)[::-1], "rows count downwards"),
         (lambda *a: normal(*a, order=0), "between four"),

@@ -19,7 +19,7 @@ DIGESTS: dict[str, str] = {
     "5": "945d3a680d1c4d2b",
     "6": "ed8cf4acf1839135",
     "7": "52783fc0aa596045",
-    "8": "88bcf6574e78e9bf",
+    "8": "c87c1cda841ca378",
     "9": "3fcf991c8dd8afea",
 }
 
