@@ -70,7 +70,8 @@ class Part:
         """How far it is off, in words; where nothing is allowed, right or not."""
         if self.allowed == 0:
             return f"{self.name}: {'correct' if self.holds else 'not correct'}"
-        off = f"{round(self.off, 4):.3g} {self.unit}".rstrip()
+        size = 0 if abs(self.off) < 5e-4 else self.off
+        off = f"{size:.3g} {self.unit}".rstrip()
         return f"{self.name}: {off} ({self.allowed:g} allowed)"
 
 

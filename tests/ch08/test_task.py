@@ -1,5 +1,7 @@
 """The task of chapter 8: what no slip explains is still said as far as it is known."""
 
+import contextlib
+
 import numpy as np
 import pytest
 
@@ -7,10 +9,10 @@ from pgm_book import task
 from pgm_book.ch08 import task as lesson
 
 
-@pytest.fixture
-def truth(monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    return task.start(8, "Ada")._truth
+@pytest.fixture(scope="module")
+def truth(tmp_path_factory):
+    with contextlib.chdir(tmp_path_factory.mktemp("Ada")):
+        return task.start(8, "Ada")._truth
 
 
 def hint(truth, found):
