@@ -203,7 +203,7 @@ def slips(truth: Truth) -> dict[str, Answer]:
     }
     precisions = {
         "H is the depth of each point below the camera.": sd * (Z0 / m[:, 2]) ** 2,
-        "What does H/B do to the sd of a position?": -sd * B / m[:, 2],
+        "sd needs H/B, and the GSD: 0.02 mm on the ground.": -sd * B / m[:, 2],
         "That is the sd for a whole pixel of parallax.": sd / SIGMA,
     }
     wrong = {words: {"Z": Z} for words, Z in heights.items()}
