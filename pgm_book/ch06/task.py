@@ -181,6 +181,7 @@ def slips(truth: Truth) -> dict[str, Answer]:
         OTHER_RAY: {"ray": (photo, point % 48 + 1)},
         "The diagonal of C holds variances.": {"sd": sd**2},
         "σ₀ belongs to the standard deviation.": {"sd": sd / truth.best[2]},
+        "C is multiplied by σ₀² already.": {"sd": sd * truth.best[2]},
         "Both c and its standard deviation are wanted in mm.": {"sd": 1000 * sd},
         "This still contains the blunder: leave that ray out, and adjust once more.": (
             dict(zip(WANTED, truth.spoiled))

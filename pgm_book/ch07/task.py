@@ -45,7 +45,7 @@ LEFT_OUT = (
 )
 CHANGED = (
     "field: fetch the sensed image to the reference first; where something new grows, r"
-    " is lowest."
+    " is lowest. The rows of the file count from 0."
 )
 
 
@@ -187,6 +187,9 @@ def slips(truth: Truth) -> dict[str, Answer]:
         },
         "rmse: nothing is subtracted, not even the mean.": {
             "rmse": np.hypot(*truth.shifts.std(axis=0))
+        },
+        "rmse: of both directions, not of one.": {
+            "rmse": np.sqrt(np.mean(truth.shifts[:, 0] ** 2))
         },
         BLUNDERS: {"rmse": rmse + 0.5, "ce90": ce90 + 1},
         LEFT_OUT: {"rmse": rmse - 0.3, "ce90": ce90 - 0.6},

@@ -98,7 +98,7 @@ def pair(scene: Pair) -> None:
     """Show both photos, and between which points a distance was measured."""
     fig, axes = plt.subplots(1, 2, figsize=(10, 3.4), layout="compressed")
     for ax, photo, name in zip(axes, (scene.left, scene.right), ("left", "right")):
-        _bare(ax, photo, name)
+        _bare(ax, photo, f"{name}, {photo.shape[1]} × {photo.shape[0]} px")
     axes[0].plot(*scene.ends.T, "o-", color=plot.ORANGE, mfc="none", ms=11, mew=2.5)
     plot.show(
         fig,

@@ -278,6 +278,8 @@ def own_pair(
     ------
     FileNotFoundError
         If there is no left or no right photo.
+    ValueError
+        If an end lies outside the left photo.
     """
     both = []
     for name in ("left", "right"):
@@ -290,7 +292,12 @@ def own_pair(
         pixels = frames.photo_to_pixel(measured(ideal, camera), size, PIXEL)
         both.append(_resampled(grey, pixels, size))
     left, right = both
-    ends = np.round(ends).astype(int)
+    ends, size = np.round(ends).astype(int), left.shape[::-1]
+    if np.any((ends < 0) | (ends >= size)):
+        raise ValueError(
+            f"ends: {ends.tolist()} do not lie in the left photo, which has {size[0]}"
+            f" by {size[1]} pixels as it is read"
+        )
     return Pair(left, right, float(camera[0]), ends, distance, depths)
 
 

@@ -126,6 +126,8 @@ def test_a_folder_of_one_s_own_goes_the_same_way(folder, capsys):
     own = photos.own_pair(folder, camera, built_in.ends, 1.0, (2, 5))
     np.testing.assert_allclose(own.left, built_in.left, atol=1)
     assert np.isnan(own.truth(built_in.ends)).all() and own.c == built_in.c
+    with pytest.raises(ValueError, match="do not lie in the left photo"):
+        photos.own_pair(folder, camera, 9 * built_in.ends, 1.0, (2, 5))
     (folder / "right.png").unlink()
     with pytest.raises(FileNotFoundError, match="there is no right.jpg"):
         photos.own_pair(folder, camera, built_in.ends, 1.0, (2, 5))
