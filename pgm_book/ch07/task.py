@@ -137,6 +137,7 @@ def make(chance: np.random.RandomState) -> tuple[dict, Truth]:
 
 @cache
 def _landsat() -> np.ndarray:
+    """Grey values of the scene, read once however often a task is drawn."""
     return datasets.landsat().grey
 
 

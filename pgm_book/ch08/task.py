@@ -2,7 +2,7 @@
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -162,7 +162,7 @@ def read(result: object) -> Answer:
     return {"Z": Z, "sd": np.where(there, sd, np.nan)}
 
 
-@cache
+@lru_cache(maxsize=1)  # for each hint to one answer
 def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give: first wrong heights, then sd."""
     first, second = (photo.exterior for photo in truth.photos)

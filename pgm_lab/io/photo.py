@@ -28,7 +28,7 @@ FORMATS = "JPEG", "PNG", "TIFF", "JPEG2000", "BMP", "GIF", "WEBP", "PPM"
 HEIC = b"heic", b"heix", b"hevc", b"hevx", b"heim", b"mif1", b"msf1"
 CONVERT = "save it as JPEG, PNG or TIFF"
 RGB_TIFF = (
-    "Pillow takes no TIFF whose bands are not marked as red, green and blue, or lie"
+    ". Pillow takes no TIFF whose bands are not marked as red, green and blue, or lie"
     " apart: mark them with gdal_translate -b 1 -b 2 -b 3 -co PHOTOMETRIC=RGB -co"
     " INTERLEAVE=PIXEL in.tif out.tif"
 )
@@ -81,8 +81,8 @@ def read(
     mask: Any = np.ma.nomask
     if isinstance(photo, str | os.PathLike):
         name = f"{name}, {files.printable(photo)}"
-        values = pixels(photo, name)
-        mask = _stated(photo, name, values)
+        values, nodata = _of_file(photo, name)
+        mask = _stated(nodata, values)
     elif isinstance(photo, Image.Image):
         values = _from_pillow(photo)
     else:
@@ -95,20 +95,26 @@ def read(
 
 def pixels(path: str | os.PathLike, name: str, convert: str = CONVERT) -> np.ndarray:
     """Return the pixels of an image file, all channels, as the camera was held."""
+    return _of_file(path, name, convert)[0]
+
+
+def _of_file(
+    path: str | os.PathLike, name: str, convert: str = CONVERT
+) -> tuple[np.ndarray, str]:
+    """The same pixels, and what a GeoTIFF states for no data, "" if nothing."""
     file = files.existing(path, name)
     with opened(file, name, convert) as image:
+        nodata = str(getattr(image, "tag_v2", {}).get(NODATA, "")).strip(" \0")
         values = None if _several(image, file) else _from_pillow(image, file)
     if values is None:
         raise ValueError(several_pages(name))
-    return values
+    return values, nodata
 
 
-def _stated(path: str | os.PathLike, name: str, values: np.ndarray) -> Any:
-    """Where pixels have, in all channels, what a GeoTIFF states for no data."""
-    with opened(path, name) as image:
-        text = str(getattr(image, "tag_v2", {}).get(NODATA, "")).strip(" \0")
+def _stated(nodata: str, values: np.ndarray) -> Any:
+    """Where pixels have, in all channels, what was stated for no data."""
     try:
-        none = values == float(text)
+        none = values == float(nodata)
     except ValueError:  # it states nothing
         return np.ma.nomask
     if values.ndim == 3:
@@ -145,7 +151,7 @@ def opened(
         ) from None
     except Image.UnidentifiedImageError:
         if head.startswith((b"II", b"MM")):
-            convert = RGB_TIFF
+            convert += RGB_TIFF  # a raw photo begins like a TIFF
         raise ValueError(
             f"{name}: this is not an image that can be read; {convert}"
         ) from None

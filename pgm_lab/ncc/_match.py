@@ -157,7 +157,8 @@ def match(
     template = _validate.window(template, "template")
     search = _size(search, template)
     threshold = _validate.between(threshold, "threshold", -1, 1)
-    ratio = _validate.between(ratio, "ratio", 0, 1)
+    if not 0 < _validate.number(ratio, "ratio") <= 1:
+        raise ValueError(f"ratio must be above 0 and at most 1; got {ratio}")
     if refine is not None:
         _validate.choice(refine, "refine", ("parabola",))
     if lines is not None:

@@ -1,9 +1,8 @@
-"""The fine interpolation, the dense adjustment and the bound, each on its own."""
+"""The fine interpolation and the dense adjustment, each on its own."""
 
 import numpy as np
 import pytest
 
-from pgm_book.ch03.studies.scene import cramer_rao
 from pgm_lab import lsm, simulate
 from pgm_lab.lsm import _normal_equations, half_pixels
 
@@ -68,59 +67,6 @@ def test_the_noise_of_a_window_is_that_of_its_pixels(half):
     found = _normal_equations._noise_gain(T, half)
     assert found[0] == pytest.approx(expected[0])  # a shift: all pixels alike
     assert found[1] == pytest.approx(expected[1], abs=0.02)  # 49 of them
-
-
-def windows(points, half=10):
-    y, x = np.mgrid[-half : half + 1, -half : half + 1]
-    return np.asarray(points)[:, None, None] + np.stack([x, y], axis=-1)
-
-
-def test_the_bound_inverts_the_information_of_all_eight_parameters():
-    """By differences of (2.10) itself: no formula of the gradients is shared."""
-    sigma, gain = 1.5, 1.3
-    turn = np.array([[1.1, 0.2], [-0.1, 0.9]])
-    grid = windows([(50, 60)])[0]
-    texture = simulate.texture(0.2, seed=9)
-
-    def right(points):  # grey values where the right image is
-        back = (points - (5, -3)) @ np.linalg.inv(turn).T
-        return gain * simulate.grey_values(texture, back) + 7
-
-    def left_minus(p):
-        a0, a1, a2, b0, b1, b2, h0, h1 = p
-        x, y = np.moveaxis(grid, -1, 0) - np.array([50, 60])[:, None, None]
-        at = np.stack([a0 + a1 * x + a2 * y, b0 + b1 * x + b2 * y], axis=-1)
-        return (h0 + h1 * right(at)).ravel()
-
-    a0, b0 = turn @ (50, 60) + (5, -3)
-    p = np.array([a0, *turn[0], b0, *turn[1], -7 / gain, 1 / gain])
-    steps = 1e-4 * np.array([1, 0.1, 0.1, 1, 0.1, 0.1, 1, 0.1])
-    J = np.transpose(
-        [
-            (left_minus(p + d) - left_minus(p - d)) / (2 * d.max())
-            for d in np.diag(steps)
-        ]
-    )
-    expected = np.linalg.inv(J.T @ J)[np.ix_([0, 3], [0, 3])]
-    expected *= sigma**2 + (sigma / gain) ** 2
-    found = cramer_rao(
-        simulate.grey_values(texture, grid),
-        simulate.grey_gradients(texture, grid),
-        sigma,
-        gain=gain,
-        shape=turn,
-    )
-    np.testing.assert_allclose(found, expected, rtol=1e-6)
-
-
-def test_the_bound_counts_what_radiometric_parameters_cost():
-    grid = windows(inner_points(20))
-    grey = simulate.grey_values(SOFT, grid)
-    gradients = simulate.grey_gradients(SOFT, grid)
-    full = cramer_rao(grey, gradients, 1.0)
-    known = cramer_rao(grey, gradients, 1.0, radiometric=False)
-    assert np.linalg.eigvalsh(full - known).min() > -1e-15
-    assert np.isinf(cramer_rao(np.ones((5, 5)), np.zeros((5, 5, 2)), 1.0)).all()
 
 
 def test_the_dense_adjustment_finds_the_minimum_and_says_how_good_it_is():

@@ -448,7 +448,7 @@ def test_what_is_matched_is_finite_and_above_the_threshold(seed):
         ({"template": 20}, "template must be an odd number"),
         ({"search": 21}, "at least template . 2"),
         ({"threshold": 1.5}, "threshold must lie between"),
-        ({"ratio": 1.5}, "ratio must lie between 0 and 1"),
+        ({"ratio": 0}, "ratio must be above 0"),
         ({"search": (31, 21)}, "at least template . 2"),
         ({"lines": [(0, 0, 1)]}, r"lines.0. have a = b = 0"),
         ({"distance": 0.4}, "distance must be at least 0.5 px"),

@@ -66,6 +66,8 @@ def test_points_are_picked_where_both_images_have_data(offset, chip, radius, kin
     assert len(points) > 50
     assert points[:, 0].min() >= 60 + chip // 2
     reach = chip // 2 + radius
+    alone = pick(GREY, 200, chip, radius)
+    assert min(alone.min(), (np.array(GREY.shape[::-1]) - 1 - alone).min()) >= reach
     steps = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1).T
     around = np.round(points + offset)[:, None] + steps
     x, y = np.moveaxis(around, -1, 0).astype(int)
@@ -76,7 +78,9 @@ def test_points_are_picked_where_both_images_have_data(offset, chip, radius, kin
         ((GREY[:9, :9], None), "image"),
         ((GREY, GREY[:1, :1]), "sensed"),
     ):
-        with pytest.raises(ValueError, match=f"{name} must have at least"):
+        with pytest.raises(
+            ValueError, match=f"{name} must have at least {chip} x {chip}"
+        ):
             pick(pair[0], 9, chip, radius, sensed=pair[1])
 
 
