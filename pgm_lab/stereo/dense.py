@@ -148,10 +148,11 @@ def match_rows(
 
         The standard deviation is that of least squares matching, with the correlation
         of neighbouring residuals. Without `refine` it comes from the peak of the
-        correlation alone, and is too small by a third or so. With "sgm" it contains
-        what windows of half and twice the area say differently; for filled cells it is
-        how far least squares moves those nearby. An error that all windows share, of
-        the orientation or in y, is not in it.
+        correlation alone, and is too small by a third or so. With "sgm" the disparity
+        is the mean of both ways, left to right and back, and the standard deviation
+        contains what they, and windows of half and twice the area, say differently; for
+        filled cells it is how far least squares moves those nearby. An error that all
+        windows share, of the orientation or in y, is not in it.
 
     Raises
     ------
@@ -201,15 +202,22 @@ def match_rows(
         **{"desc": "dense matching", "unit": "px", "unit_scale": True},
         **{"leave": False, "delay": 1.0},
     )
-    find = {"sgm": _semiglobal, "ncc": _coarse_to_fine}[method]
     with bar:
-        peaks, agree = find(L, R, levels, window, search, bar.update)
+        peaks, back = _coarse_to_fine(L, R, levels, window, search, method, bar.update)
+        agree = _agreement(peaks.d, back.d)
         status = _first_reason(L, peaks, agree, window, threshold)
         d, sd, good = peaks.d, peaks.sd, status == 0
         if refine:
-            d, sd, converged, whole = _least_squares(
-                L, R, d, good, window, method, bar.update
-            )
+            how = window, method, bar.update
+            d, sd, converged, whole = _least_squares(L, R, d, good, *how)
+        if method == "sgm":
+            # The mean of both ways. They share the noise, not what interpolation and
+            # the shapes of windows do: a quarter of the squared difference
+            both = d - _way_back(L, R, peaks, back, *how)
+            near = good & converged & whole & (np.abs(both) < MAX_DIFFERENCE) & (sd > 0)
+            d = np.where(near, d - both / 2, d)
+            relative = (both / np.where(near, sd, 1)) ** 2
+            sd = sd * np.sqrt(1 + _mean_around(relative, near, window) / 4)
     if refine:
         status[(status == 0) & ~converged] = STATUSES.index("not converged")
         status[(status == 0) & ~whole] = STATUSES.index("no data in the window")
@@ -263,7 +271,7 @@ def _isolated(
 def _pixels(shape: tuple[int, ...], levels: int, method: str) -> int:
     """Pixels to do: those of all levels, and of what follows on the finest."""
     n = sum(math.prod(-(-side // 2**k) for side in shape) for k in range(levels))
-    return n + 2 * math.prod(shape) if method == "sgm" else 2 * n + math.prod(shape)
+    return 2 * n + (2 if method == "sgm" else 1) * math.prod(shape)
 
 
 # --- Images, windows, warps, bands ---
@@ -350,7 +358,7 @@ def _in_bands(
 # --- From coarse to fine ---
 
 MIN_SIDE = 40  # px of a level, on which windows still distinguish positions
-REACH = 3  # px, search on all levels but the coarsest
+NEAR = {"sgm": 4, "ncc": 3}  # px, search on all levels but the coarsest
 MIN_R = 0.6  # on coarse levels; below it, filled from the neighbours
 MAX_DIFFERENCE = 1.0  # px between the two directions
 
@@ -361,9 +369,15 @@ def _levels(shape: tuple[int, ...], most: int) -> int:
 
 
 def _coarse_to_fine(
-    left: _Image, right: _Image, levels: int, window: int, reach: int, done: Done
-) -> tuple["_Peaks", np.ndarray]:
-    """Peaks of the finest level, and whether both directions agree there."""
+    left: _Image,
+    right: _Image,
+    levels: int,
+    window: int,
+    reach: int,
+    method: str,
+    done: Done,
+) -> tuple["_Peaks", "_Peaks"]:
+    """Peaks of the finest level, from left to right and back."""
     # The search from the right is the same with both images exchanged and mirrored, in
     # which a disparity keeps its sign.
     lefts, rights = _pyramid(left, levels), _pyramid(right, levels)
@@ -372,14 +386,19 @@ def _coarse_to_fine(
         L, R = lefts[k], rights[k]
         if k < levels - 1:
             there, back = (_finer(a, L.grey.shape) for a in (there, back))
-        how = window, reach if k == levels - 1 else REACH, 0.5 if k else 1.0, done
-        one = _search(L, R, there, *how)
-        two = _search(R.mirrored(), L.mirrored(), back, *how)
-        agree = _agreement(one.d, two.d)
+        how = (
+            window,
+            reach if k == levels - 1 else NEAR[method],
+            0.5 if k else 1.0,
+            done,
+        )
+        search = {"sgm": _semiglobal, "ncc": _search}[method]
+        one = search(L, R, there, *how)
+        two = search(R.mirrored(), L.mirrored(), back, *how)
         if k:
-            there = _smooth(one, agree, window)
+            there = _smooth(one, _agreement(one.d, two.d), window)
             back = _smooth(two, _agreement(two.d, one.d), window)
-    return one, agree
+    return one, two
 
 
 def _pyramid(image: _Image, levels: int) -> list[_Image]:
@@ -427,52 +446,51 @@ def _filled(d: np.ndarray, good: np.ndarray) -> np.ndarray:
 # --- Semiglobal matching ---
 
 TILE, OVERLAP = 512, 64  # px: the costs of all disparities of a tile fit the memory
-MARGIN = 4  # px that a level is searched beyond the disparities of the level above
 BLOCK = 3  # px, side of the blocks that are compared, and of sums of residuals
 
 
 def _semiglobal(
-    left: _Image, right: _Image, levels: int, window: int, reach: int, done: Done
-) -> tuple["_Peaks", np.ndarray]:
-    """Disparities of the finest level, and whether both directions agree there."""
-    lefts, rights = _pyramid(left, levels), _pyramid(right, levels)
-    start, margin = np.zeros(lefts[-1].grey.shape, np.float32), reach
-    for k in reversed(range(levels)):
-        one, other = (
-            eight_bit(np.ma.array(image.grey, mask=image.mask == 0))
-            for image in (lefts[k], rights[k])
-        )
-        how = one, other, start, margin
-        d, agree, inside = _in_tiles(
-            partial(_tile, *how), start.shape, (TILE, TILE), OVERLAP, done
-        )
-        if k:
-            start = _finer(_filled(d, agree), lefts[k - 1].grey.shape)
-            margin = MARGIN
+    left: _Image,
+    right: _Image,
+    start: np.ndarray,
+    window: int,
+    reach: int,
+    least: float,
+    done: Done,
+) -> "_Peaks":
+    """Disparities that match best and are smooth, within `reach` of those of a tile."""
+    L, R = (
+        eight_bit(np.ma.array(image.grey, mask=image.mask == 0))
+        for image in (left, right)
+    )
+    work = partial(_tile, L, R, start, reach)
+    d, inside = _in_tiles(work, start.shape, (TILE, TILE), OVERLAP, done)
 
-    def work(rows: slice) -> tuple[np.ndarray]:
+    def correlated(rows: slice) -> tuple[np.ndarray]:
         return (_correlation(left, right, _rounded(d[rows]), rows, window, 0.5),)
 
-    (r,) = _in_bands(work, d.shape, window // 2, done)
-    return _Peaks(d, r, np.zeros_like(d), inside), agree
+    (r,) = _in_bands(correlated, d.shape, window // 2, lambda pixels: None)
+    return _Peaks(d, r, np.zeros_like(d), inside)
 
 
 def _tile(
     L: np.ndarray,
     R: np.ndarray,
     start: np.ndarray,
-    margin: int,
+    reach: int,
     rows: slice,
     columns: slice,
 ) -> tuple[np.ndarray, ...]:
-    """Disparity, whether both directions agree, whether within the search."""
-    L, R, start, first = L[rows], R[rows], start[rows, columns], columns.start
+    """Disparities, and whether they are inside the search."""
+    start, first = start[rows, columns], columns.start
     low, high = np.percentile(start, (0.5, 99.5))
-    low = int(np.floor(low)) - margin
-    n = 16 * int(np.ceil((high + margin + 1 - low) / 16))
-    # Beyond both sides lies what n disparities need; the edges of the image go on there
-    at = np.arange(first - n, first + start.shape[1] + n)
-    L, R = (a[:, np.clip(x, 0, a.shape[1] - 1)] for a, x in ((L, at), (R, at - low)))
+    low = int(np.floor(low)) - reach
+    n = 16 * int(np.ceil((high + reach + 1 - low) / 16))
+    # To the left lies what n disparities need; the edges of the image go on there
+    at = np.arange(first - n, first + start.shape[1])
+    L, R = (
+        a[rows][:, np.clip(x, 0, a.shape[1] - 1)] for a, x in ((L, at), (R, at - low))
+    )
     matcher = cv2.StereoSGBM.create(
         numDisparities=n,
         blockSize=BLOCK,
@@ -482,14 +500,8 @@ def _tile(
         preFilterCap=63,
         mode=cv2.StereoSGBM_MODE_SGBM_3WAY,  # three directions, in half of the time
     )
-    mirrored = (np.ascontiguousarray(a[:, ::-1]) for a in (R, L))
-    there, back = (
-        matcher.compute(*two).astype(np.float32) / 16
-        for two in ((L[:, :-n], R[:, :-n]), mirrored)
-    )
-    agree = _agreement(there, back)
-    inside = (there > 0) & (there < n - 1)
-    return tuple(a[:, n:] for a in (there + low, agree, inside))
+    d = matcher.compute(L, R)[:, n:].astype(np.float32) / 16
+    return d + low, (d > 0) & (d < n - 1)
 
 
 # --- Local planes of disparity: the shape of the ground under a window ---
@@ -635,6 +647,7 @@ def _least_squares(
     window: int,
     method: str,
     done: Done,
+    compare: bool = True,
 ) -> _Refined:
     """Disparities by least squares: shift, gain and offset of each window."""
     # The right image is warped by the disparities on their local planes, so that a
@@ -653,21 +666,22 @@ def _least_squares(
         L = left.grey[rows]
         for _ in range(iterations):
             at = np.where(np.abs(at - first) < astray, at, first)
-            shape = _rounded(_on_planes(at, good[rows], n + planes))
+            plane = _on_planes(at, good[rows], n + planes)
+            shape = _rounded(plane)  # the step is from its mean in the window
             W = _warped(right.grey, shape, rows.start, cv2.INTER_LANCZOS4)
             found = _normal_equations(L, W, n)
             at = shape + found.step
         both = here[rows] * (_warped(solid, shape, rows.start) > WHOLE)
 
         def refined(found: _Solution, window: int) -> _Refined:
-            at = shape + found.step
+            at = plane + _box(shape - plane, window) + found.step
             factor = _inflation(found, good[rows], window, method)
             near = np.abs(at - first) < most
             converged = near & (np.abs(found.step) < MAX_LAST_STEP)
             sd = np.sqrt(found.variance * factor)
             return _Refined(at, sd, converged, _box(both, window) > WHOLE)
 
-        if method == "ncc":
+        if method == "ncc" or not compare:
             return refined(found, n)
         one, two = (refined(_normal_equations(L, W, k), k) for k in (small, large))
         return _combined(refined(found, n), one, two, window)
@@ -697,9 +711,27 @@ def _combined(
 
 def _mean_around(a: np.ndarray, good: np.ndarray, window: int) -> np.ndarray:
     """Mean of the good cells around each, in windows of twice the size."""
-    share = _box(good.astype(np.float32), 2 * window + 1)
-    mean = _box(np.where(good, a, 0).astype(np.float32), 2 * window + 1)
+    around = 2 * window + 1
+    share = _box(good.astype(np.float32), around)
+    mean = _box(np.where(good, a, 0).astype(np.float32), around)
     return np.maximum(mean, 0) / np.maximum(share, ROUNDING)
+
+
+def _way_back(
+    left: _Image,
+    right: _Image,
+    there: _Peaks,
+    back: _Peaks,
+    window: int,
+    method: str,
+    done: Done,
+) -> np.ndarray:
+    """Disparities by least squares from right to left, for left pixels; or NaN."""
+    agree = _agreement(back.d, there.d)
+    how = window, method, done, False
+    found = _least_squares(right.mirrored(), left.mirrored(), back.d, agree, *how)
+    d = np.where(agree & found.converged & found.whole, found.d, np.float32(np.nan))
+    return _warped(np.ascontiguousarray(d[:, ::-1]), _rounded(there.d))
 
 
 def _normal_equations(L: np.ndarray, W: np.ndarray, window: int) -> _Solution:

@@ -34,7 +34,7 @@ def test_disparities_are_right_and_least_squares_is_better_than_correlation(
     match = stereo.match_rows(left, right, method=method)
     error = (match.disparity - truth)[match.status == 0]
     assert (match.status[12:-12, 24:-24] == 0).mean() > 0.95
-    assert rms(error) < {"level": 0.01, "ramp": 0.014, "waves": 0.04}[ground]
+    assert rms(error) < {"level": 0.006, "ramp": 0.012, "waves": 0.016}[ground]
     assert np.abs(error).max() < {"level": 0.05, "ramp": 0.18, "waves": 0.5}[ground]
     left, right = noisy(left, 2, 1), noisy(right, 2, 2)
     coarse, fine = (
@@ -195,6 +195,17 @@ def test_a_correlation_that_still_rises_at_the_end_of_the_search_is_no_match():
     assert (inner != 0).all()
 
 
+def test_the_way_back_gives_the_same_disparities():
+    """Semiglobal matching takes the mean of both; one alone differs 3 times as much."""
+    left, right, _ = smooth_pair(GROUNDS["level"])
+    left, right = noisy(left, 6, 1), noisy(right, 6, 2)
+    there = stereo.match_rows(left, right).disparity
+    back = stereo.match_rows(right[:, ::-1], left[:, ::-1]).disparity[:, ::-1]
+    rows, columns = np.indices(there.shape)
+    back = map_coordinates(back, [rows, columns - there], order=1, cval=np.nan)
+    assert np.nanmedian(np.abs(there - back)) < 0.004
+
+
 def test_a_small_patch_that_differs_is_isolated():
     """A jump of more than half a pixel makes a patch; a slope does not."""
     d = np.tile(np.linspace(0, 20, 60, dtype=np.float32), (40, 1))
@@ -217,7 +228,8 @@ def test_bands_of_rows_leave_no_trace(monkeypatch, method):
     # Planes through 1/16 px, as semiglobal matching gives them, are rounded up or down
     limits = {"sgm": 1 / 32, "ncc": 1e-4}[method]
     np.testing.assert_allclose(whole.disparity, bands.disparity, atol=limits)
-    np.testing.assert_allclose(whole.sd, bands.sd, rtol=limits)
+    differ = np.abs(bands.sd / whole.sd - 1) > limits
+    assert np.mean(differ) < {"sgm": 0.005, "ncc": 1e-9}[method]
 
 
 def test_tiles_overlap_so_far_that_they_leave_hardly_a_trace(monkeypatch):
@@ -276,14 +288,14 @@ def test_semiglobal_matching_is_denser_and_fill_denser_still_with_an_honest_sd()
 
 
 def test_ground_that_is_no_plane_makes_the_prediction_larger():
-    """Without noise all error is the shape's: 4 times what least squares predicts."""
+    """Without noise all error is the shape's: 3 times what least squares predicts."""
     left, right, truth = smooth_pair(GROUNDS["waves"])
     ratios = []
     for method in ("ncc", "sgm"):
         match = stereo.match_rows(left, right, method=method)
         good = match.status == 0
         ratios.append(rms((match.disparity - truth)[good]) / rms(match.sd[good]))
-    assert ratios[0] > 3 and 0.4 < ratios[1] < 1.2
+    assert ratios[0] > 2.5 and 0.4 < ratios[1] < 1.2
 
 
 @pytest.mark.parametrize("scale", [1.0, 1.5])
