@@ -128,7 +128,7 @@ def _profile(
 
 
 def given(folder: Path) -> tuple:
-    """Both photos, their stations, M of each, N of the normal case, and the profile."""
+    """Both photos, their stations, M of each, N and base of the normal case; pixels."""
     orientation, profile = (
         np.loadtxt(folder / name, delimiter=",", skiprows=1, usecols=columns)
         for name, columns in (("orientation.csv", range(1, 7)), ("profile.csv", (0, 1)))
@@ -136,7 +136,9 @@ def given(folder: Path) -> tuple:
     images = [plt.imread(folder / name) for name in ("left.png", "right.png")]
     photos = [Photo(i, Camera(C), e, PIXEL) for i, e in zip(images, orientation)]
     turns = np.array([matrix(*e[3:]) for e in orientation])
-    return images, orientation[:, :3], turns, normal_frame(*photos), profile.astype(int)
+    stations = orientation[:, :3]
+    base = np.linalg.norm(stations[1] - stations[0])
+    return images, stations, turns, normal_frame(*photos), base, profile.astype(int)
 
 
 def judge(truth: Truth, found: Answer) -> list[Part]:

@@ -667,14 +667,17 @@ def _least_squares(
         for _ in range(iterations):
             at = np.where(np.abs(at - first) < astray, at, first)
             plane = _on_planes(at, good[rows], n + planes)
-            shape = _rounded(plane)  # the step is from its mean in the window
+            shape = _rounded(plane)
             W = _warped(right.grey, shape, rows.start, cv2.INTER_LANCZOS4)
             found = _normal_equations(L, W, n)
             at = shape + found.step
         both = here[rows] * (_warped(solid, shape, rows.start) > WHOLE)
 
         def refined(found: _Solution, window: int) -> _Refined:
-            at = plane + _box(shape - plane, window) + found.step
+            middle = shape
+            if method == "sgm":  # the step is from the mean of what was rounded
+                middle = plane + _box(shape - plane, window)
+            at = middle + found.step
             factor = _inflation(found, good[rows], window, method)
             near = np.abs(at - first) < most
             converged = near & (np.abs(found.step) < MAX_LAST_STEP)

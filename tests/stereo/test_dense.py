@@ -34,7 +34,7 @@ def test_disparities_are_right_and_least_squares_is_better_than_correlation(
     match = stereo.match_rows(left, right, method=method)
     error = (match.disparity - truth)[match.status == 0]
     assert (match.status[12:-12, 24:-24] == 0).mean() > 0.95
-    assert rms(error) < {"level": 0.006, "ramp": 0.012, "waves": 0.016}[ground]
+    assert rms(error) < {"level": 0.006, "ramp": 0.012, "waves": 0.018}[ground]
     assert np.abs(error).max() < {"level": 0.05, "ramp": 0.18, "waves": 0.5}[ground]
     left, right = noisy(left, 2, 1), noisy(right, 2, 2)
     coarse, fine = (
@@ -288,14 +288,14 @@ def test_semiglobal_matching_is_denser_and_fill_denser_still_with_an_honest_sd()
 
 
 def test_ground_that_is_no_plane_makes_the_prediction_larger():
-    """Without noise all error is the shape's: 3 times what least squares predicts."""
+    """Without noise all error is the shape's: 4 times what least squares predicts."""
     left, right, truth = smooth_pair(GROUNDS["waves"])
     ratios = []
     for method in ("ncc", "sgm"):
         match = stereo.match_rows(left, right, method=method)
         good = match.status == 0
         ratios.append(rms((match.disparity - truth)[good]) / rms(match.sd[good]))
-    assert ratios[0] > 2.5 and 0.4 < ratios[1] < 1.2
+    assert ratios[0] > 3 and 0.4 < ratios[1] < 1.2
 
 
 @pytest.mark.parametrize("scale", [1.0, 1.5])
