@@ -97,6 +97,7 @@ def test_photos_that_took_no_part_are_predicted_better_by_a_free_board(photos):
         assert np.median(free) < 0.8 * np.median(other)
 
 
+@pytest.mark.slow
 def test_the_rig_is_one_rig_in_all_pairs(found):
     """The right camera in the frame of the left one, thirteen times."""
     spread = {}
