@@ -15,7 +15,7 @@ from pgm_lab.matching._starts import Field
 
 WIDTHS = 1.0, 0.7, 0.5, 0.4, 0.3  # of the template: each has about half the pixels
 MIN_TEMPLATE, MIN_WIDTH = 7, 5  # px
-AGREE = 0.3  # px between windows of two widths: three times what texture leaves open
+AGREE = 0.25  # px between windows of two widths: texture leaves a tenth open
 AROUND = 64  # matches from which the effect of curved surfaces is estimated
 DENIED = "parts disagree", "left-right check failed", "diverged", "diverged"
 

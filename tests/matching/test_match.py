@@ -146,7 +146,7 @@ def test_what_its_witnesses_deny_is_no_match_of_a_feature():
 
 def test_each_witness_counts_by_what_it_may_be_wrong():
     one = np.ones((2, 1))
-    x, shape = np.array([[[0, 0.0]], [[0.6, 0]]]), np.tile(np.eye(2), (2, 1, 1, 1))
+    x, shape = np.array([[[0, 0.0]], [[0.5, 0]]]), np.tile(np.eye(2), (2, 1, 1, 1))
     tried = _wide.Tried(x, shape, shape, one, one, 0.5 * one)
     lines = np.array([[2.0, 0, 12]])  # 6 px away
     off = _wide._witnesses(tried, np.array([[0, 4.5]]), lines, 1.5, 0.5)
@@ -171,7 +171,7 @@ def test_a_feature_has_the_window_that_most_others_confirm(monkeypatch):
     tried, quality = _wide.match(None, None, field, k, 21, 0.7, 1.0, 0.5)
     np.testing.assert_allclose(tried.points, p[:4] + [1.0, 0])
     np.testing.assert_allclose(quality, 1 / (1 + (1 / 1.5) ** 2))
-    places |= {15: 0.6, 11: 5.0, 7: 9.0}
+    places |= {15: 0.5, 11: 5.0, 7: 9.0}
     tried, quality = _wide.match(None, None, field, k, 21, 0.7, 1.0, 0.5)
     assert set(tried.status) == {"parts disagree"} and np.isnan(tried.points).all()
     np.testing.assert_allclose(quality, 1 / (1 + 2**2))
