@@ -151,15 +151,16 @@ def match(
     resampled before correlation.
 
     With "wide" least squares begin where the feature was found (`search` and `ratio`
-    are not used), in the template and in windows of 0.7, 0.5 and 0.4 of its width. Each
-    feature gets the widest that agrees with four witnesses: the next smaller window to
-    0.3 px, the match back to `back`, descriptor and epipolar line to 1.5 px of a photo
-    reduced to a million pixels. The quality is 1 / (1 + d^2), d being the largest of
-    the four by these limits. A curved surface moves a window by the square of its
-    width: the variance that two widths show is part of the covariance. What no witness
-    sees: features on the edge of a near surface, whose centre lies on a far one (4 to 7
-    in a hundred in a scene full of such edges; fewer with a higher `least_quality`),
-    and a repeated pattern mistaken along the line.
+    are not used), in the template and in windows of 0.7, 0.5, 0.4 and 0.3 of its width.
+    Each feature gets the window that most others confirm, the widest of several such,
+    if four witnesses agree: another window to 0.25 px, the match back to `back`,
+    descriptor and epipolar line to 1.5 px of a photo reduced to a million pixels. The
+    quality is 1 / (1 + d^2), d being the largest of the four by these limits. Surfaces
+    that are no planes move windows of two widths differently: the variance that this
+    shows is part of the covariance. What no witness sees: features on the edge of a
+    near surface, whose centre lies on a far one (5 to 8 in a hundred in a scene full of
+    such edges; fewer with a higher `least_quality`), and a repeated pattern mistaken
+    along the line.
 
     References
     ----------

@@ -145,15 +145,36 @@ def test_what_its_witnesses_deny_is_no_match_of_a_feature():
 
 
 def test_each_witness_counts_by_what_it_may_be_wrong():
-    one = np.ones(1)
-    wide, small = (
-        _wide.Tried(np.array([[x, 0.0]]), None, np.eye(2)[None], one, one, 0.5 * one)
-        for x in (0, 0.6)
-    )
+    one = np.ones((2, 1))
+    x, shape = np.array([[[0, 0.0]], [[0.5, 0]]]), np.tile(np.eye(2), (2, 1, 1, 1))
+    tried = _wide.Tried(x, shape, shape, one, one, 0.5 * one)
     lines = np.array([[2.0, 0, 12]])  # 6 px away
-    off = _wide._witnesses(wide, small, np.array([[0, 4.5]]), lines, 1.5, 0.5)
-    np.testing.assert_allclose(off.T, [[2, 1, 3, 4]])
-    assert not _wide._witnesses(wide, wide, wide.points, None, 1.5, None).any()
+    off = _wide._witnesses(tried, np.array([[0, 4.5]]), lines, 1.5, 0.5)
+    np.testing.assert_allclose(off[:, 0, 1, 0], [2, 1, 3, 4])
+    off = _wide._witnesses(tried, x[0], None, 1.5, None)
+    np.testing.assert_allclose(off[:, 0, :, 0].max(axis=0), [np.inf, 2])  # not its own
+
+
+def test_a_feature_has_the_window_that_most_others_confirm(monkeypatch):
+    """Two wide ones agree, but three narrow ones elsewhere are more."""
+    places = {21: 0.0, 15: 0.1, 11: 1.0, 9: 1.1, 7: 1.05}
+
+    def found(left, right, points, start, shape, width, threshold):
+        x, one = points + [places[width], 0], np.ones(len(points))
+        C = np.tile(np.eye(2) / width**2, (len(points), 1, 1))
+        status = np.full(len(x), "accepted", "<U40")
+        return _wide.Tried(x, C, shape, one, status, 0 * one)
+
+    monkeypatch.setattr(_wide, "_both_ways", found)
+    p = np.random.default_rng(1).uniform(0, 99, (20, 2))
+    field, k = _starts.Field(p, p), np.arange(4)
+    tried, quality = _wide.match(None, None, field, k, 21, 0.7, 1.0, 0.5)
+    np.testing.assert_allclose(tried.points, p[:4] + [1.0, 0])
+    np.testing.assert_allclose(quality, 1 / (1 + (1 / 1.5) ** 2))
+    places |= {15: 0.5, 11: 5.0, 7: 9.0}
+    tried, quality = _wide.match(None, None, field, k, 21, 0.7, 1.0, 0.5)
+    assert set(tried.status) == {"parts disagree"} and np.isnan(tried.points).all()
+    np.testing.assert_allclose(quality, 1 / (1 + 2**2))
 
 
 def test_start_values_and_shapes_of_ones_own_are_taken():
