@@ -238,21 +238,22 @@ def likeliest(
     wrong: Iterable[str],
     slips: Mapping[str, Answer],
 ) -> str:
-    """Return the hint of the slip that explains the first wrong part, or a later one.
+    """Return the hint of the slip that explains most of an answer.
 
-    A slip explains a part that would hold if what the slip gives were the right answer;
-    of several the nearest is taken. Where none explains anything, "" is returned. So
+    A slip explains what would hold if what the slip gives were the right answer: at
+    least one of the wrong parts, and most of all. Of several, that of the first wrong
+    part is taken, and the nearest; where none explains anything, "" is returned. So
     `judge` compares with ``truth.answer``, a field or a cached property, on which what
     is allowed must not depend.
     """
-    near: dict[str, dict[str, float]] = {name: {} for name in wrong}
+    order, ranked = list(wrong), {}
     for words, change in slips.items():
         as_if = copy.copy(truth)  # with all that is cached
         vars(as_if)["answer"] = truth.answer | change
-        for part in judge(as_if, found):
-            if part.name in near and part.holds:
-                near[part.name][words] = part.off
-    return next((min(one, key=one.__getitem__) for one in near.values() if one), "")
+        held = {part.name: part.off for part in judge(as_if, found) if part.holds}
+        if cured := [(order.index(name), held[name]) for name in order if name in held]:
+            ranked[words] = (-len(held), *cured[0])
+    return min(ranked, key=ranked.__getitem__, default="")
 
 
 # --- From a name to the values ---

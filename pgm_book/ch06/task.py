@@ -16,7 +16,7 @@ from pgm_lab import plot, rotation
 
 NAMES = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2")
 NOMINAL, SIGMA = 24.0, 0.0005  # mm: c, and an image coordinate's sd, as stated
-SPREAD = 9  # per cent: three times 1/√(2r), of sigma0, r about 550
+SPREAD = 0.5  # per cent of sd: three digits, and the redundancy of all other rays
 FORMAT = (12.0, 8.0)  # mm, half of the image
 CORNER = np.array([[10.0, 6.0]])  # mm, an image point in its corner
 WANTED: dict[str, tuple[str, Any]] = {
@@ -34,11 +34,15 @@ OTHER_C = (
     "c and sd: use all other rays and all ten parameters, begin with 24 mm, and hand"
     " both in with all their digits."
 )
+OTHER_SD = (
+    "sd: take out that one ray alone, and count the redundancy again; three digits are"
+    " wanted at least."
+)
 PARAMETER = (
     "The parameter: mm, mm⁻² and mm⁻⁶ cannot be compared. How far does one standard"
     " deviation of each move the image point (10, 6) mm?"
 )
-ELSE = {"ray": OTHER_RAY, "c": OTHER_C, "sd": OTHER_C, "parameter": PARAMETER}
+ELSE = {"ray": OTHER_RAY, "c": OTHER_C, "sd": OTHER_SD, "parameter": PARAMETER}
 
 
 @dataclass(frozen=True)
@@ -51,7 +55,6 @@ class Truth:
     xy: np.ndarray  # mm, with the blunder
     start: tuple[np.ndarray, np.ndarray]  # of photos and points
     bad: int  # ray
-    parameter: str
 
     @cached_property
     def best(self) -> tuple[np.ndarray, np.ndarray, float]:
@@ -65,11 +68,17 @@ class Truth:
         return camera[0], sd[0]
 
     @cached_property
+    def moved(self) -> np.ndarray:
+        """By how many µm one standard deviation of each parameter moves the corner."""
+        J = derivatives(lambda some: without_lens(CORNER, some), self.best[0])
+        return 1000 * np.hypot(*J) * self.best[1]
+
+    @cached_property
     def answer(self) -> Answer:
         """The true c, what the best adjustment gives for its sd, ray and parameter."""
-        c, sd = self.camera[0], self.best[1][0]
+        c, sd, worst = self.camera[0], self.best[1][0], NAMES[self.moved.argmax()]
         ray = int(self.photo[self.bad]) + 1, int(self.point[self.bad]) + 1
-        return dict(zip(WANTED, (c, sd, ray, self.parameter)))
+        return dict(zip(WANTED, (c, sd, ray, worst)))
 
     def adjusted(self, used: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """Camera, its standard deviations and sigma0 from some rays."""
@@ -89,8 +98,7 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     X, Y = np.meshgrid(np.linspace(-800, 800, 8), np.linspace(-520, 520, 6))
     points = np.column_stack([X.ravel(), Y.ravel(), 250.0 * chance.randint(0, 2, 48)])
     points += chance.uniform(-60, 60, (48, 3))
-    parameter = ("b1", "K3")[chance.randint(2)]
-    exteriors = _turned_about_x(chance) if parameter == "b1" else _far_away(chance)
+    exteriors = _photos(chance, ("b1", "K2", "K3")[chance.randint(3)])
     ideal = np.concatenate([project(e, points, camera[0]) for e in exteriors])
     xy = ideal.copy()
     for _ in range(20):  # each step leaves a hundredth of the error
@@ -100,17 +108,18 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     noise = chance.uniform(0.6, 0.75) * SIGMA  # smaller than stated: σ₀ matters
     xy = np.round(xy[seen] + noise * chance.standard_normal(xy[seen].shape), 5)
     often = np.bincount(point)[point] == 8  # or little would control that ray
-    bad = int(chance.choice(np.flatnonzero(often & (photo > 0))))
+    bad = int(chance.choice(np.flatnonzero(often & (photo > 0) & (photo != point))))
     far, direction = chance.uniform((0.05, 0), (0.08, 2 * np.pi))
     xy[bad] += np.round(far * np.array([np.cos(direction), np.sin(direction)]), 5)
     near = np.repeat([5, 0.003], 3) * chance.uniform(-1, 1, (8, 6))
     around = 5 * chance.uniform(-1, 1, (48, 3))
     start = np.round(exteriors + near, 4), np.round(points + around, 1)
-    truth = Truth(camera, photo, point, xy, start, bad, parameter)
+    truth = Truth(camera, photo, point, xy, start, bad)
     best, sd, _ = truth.best
+    *_, second, first = np.sort(truth.moved)
     unlucky = abs(best[0] - camera[0]) > 2.5 * sd[0]  # who is right must pass,
     harmless = abs(truth.spoiled[0] - camera[0]) < 5 * sd[0]  # with the blunder not,
-    if unlucky or harmless or NAMES[np.argmax(sd)] == parameter:  # nor mm with mm⁻⁶
+    if unlucky or harmless or first < 1.3 * second:
         return make(chance)
     rays = zip(photo + 1, point + 1, *xy.T)
     photos, targets = ([(k, *v) for k, v in enumerate(s, 1)] for s in start)
@@ -122,25 +131,23 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     }, truth
 
 
-def _turned_about_x(chance: np.random.RandomState) -> np.ndarray:
-    """Photos (8, 6) turned about one axis, upside down too: X and b1 stretch alike."""
-    omega = np.linspace(-0.7, 0.7, 8) + chance.uniform(-0.05, 0.05, 8)
-    signs = 2 * chance.randint(0, 2, (2, 8)) - 1
-    phi, kappa = signs * chance.uniform(0.002, 0.003, (2, 8))
-    kappa[1::2] += np.pi
-    X0 = chance.uniform(-150, 150, 8)
-    photos = _looking(np.array([omega, phi, kappa]).T, chance.uniform(1900, 2300, 8))
-    photos[:, 0] += X0
-    return photos
-
-
-def _far_away(chance: np.random.RandomState) -> np.ndarray:
-    """Photos (8, 6) from all sides, too far away to fill more than their middle."""
-    round_about = np.arange(8) * np.pi / 4
-    omega, phi = 0.6 * np.array([np.sin(round_about), np.cos(round_about)])
-    omega += chance.uniform(-0.05, 0.05, 8)
-    kappa = np.array([0, 1.5, 3, -1.5] * 2) + chance.uniform(-0.1, 0.1, 8)
-    return _looking(np.array([omega, phi, kappa]).T, chance.uniform(5200, 5800, 8))
+def _photos(chance: np.random.RandomState, worst: str) -> np.ndarray:
+    """Photos (8, 6), upright and upside down, that determine one parameter worst."""
+    kappa = np.pi * (np.arange(8) % 2)
+    if worst == "b1":  # turned about one axis: X and b1 stretch alike
+        omega = np.linspace(-0.7, 0.7, 8) + chance.uniform(-0.05, 0.05, 8)
+        signs = 2 * chance.randint(0, 2, (2, 8)) - 1
+        phi, more = signs * chance.uniform(0.002, 0.003, (2, 8))
+        angles = np.array([omega, phi, kappa + more]).T
+        photos = _looking(angles, chance.uniform(1900, 2300, 8))
+        photos[:, 0] += chance.uniform(-150, 150, 8)
+        return photos
+    # From all sides; from far away the targets fill little more than the middle
+    about = np.arange(8) * np.pi / 4
+    angles = np.array([0.6 * np.sin(about), 0.6 * np.cos(about), kappa]).T
+    angles += chance.uniform(-0.05, 0.05, (8, 3))
+    away = (2100, 2350) if worst == "K2" else (3300, 3700)
+    return _looking(angles, chance.uniform(*away, 8))
 
 
 def _looking(angles: np.ndarray, away: np.ndarray) -> np.ndarray:
@@ -173,6 +180,7 @@ def read(result: object) -> Answer:
 def slips(truth: Truth) -> dict[str, Answer]:
     """Return what the likeliest wrong programs give."""
     c, sd, (photo, point), _ = truth.answer.values()
+    r = 2 * len(truth.xy) - 2 - (10 + 6 * 8 + 3 * 48 - 7)
     return {
         "The ray: the photo comes first, then the point.": {"ray": (point, photo)},
         "The ray: photo and point as the files number them, from 1.": {
@@ -180,8 +188,12 @@ def slips(truth: Truth) -> dict[str, Answer]:
         },
         OTHER_RAY: {"ray": (photo, point % 48 + 1)},
         "The diagonal of C holds variances.": {"sd": sd**2},
+        "The redundancy: the datum adds 7, for it holds seven unknowns.": {
+            "sd": sd * np.sqrt(r / (r - 7))
+        },
         "σ₀ belongs to the standard deviation.": {"sd": sd / truth.best[2]},
         "C is multiplied by σ₀² already.": {"sd": sd * truth.best[2]},
+        "One standard deviation is wanted, no bound of 95 per cent.": {"sd": 1.96 * sd},
         "Both c and its standard deviation are wanted in mm.": {"sd": 1000 * sd},
         "This still contains the blunder: leave that ray out, and adjust once more.": (
             dict(zip(WANTED, truth.spoiled))
@@ -209,12 +221,11 @@ def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:
     ax.set(ylim=(-1.6, 0.9), title=f"without photo {ray[0]:.0f}, point {ray[1]:.0f}")
     ax.locator_params(axis="x", nbins=5)
     ax.legend(loc="upper left")
-    J = derivatives(lambda some: without_lens(CORNER, some), truth.best[0])
-    moved = 1000 * np.sort(np.hypot(*J) * truth.best[1])
+    *_, second, first = np.sort(truth.moved)
     ax.set_xlabel(
         "c (mm), ± one standard deviation\n"
         f"One standard deviation of {name} moves\npoint (10, 6) mm by"
-        f" {moved[-1]:.0f} µm,\none of any other by at most {moved[-2]:.1f} µm"
+        f" {first:.1f} µm,\none of any other by at most {second:.1f} µm"
     )
     return fig, (
         "Your principal distance with its standard deviation beside the truth, and"

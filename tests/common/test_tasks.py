@@ -17,7 +17,7 @@ DIGESTS: dict[str, str] = {
     "3": "858dc048250d52cd",
     "4": "2e4ab81de0ecaa9c",
     "5": "945d3a680d1c4d2b",
-    "6": "ed8cf4acf1839135",
+    "6": "e433124cb678a5cc",
     "7": "52783fc0aa596045",
     "8": "c87c1cda841ca378",
     "9": "3fcf991c8dd8afea",
