@@ -156,7 +156,8 @@ def read(
     band : int, optional
         Number of the band, from 1; not needed if there is one only.
     nodata : float, optional
-        Grey value of no data; else as the file states it.
+        Grey value of no data, in place of the one that the file states; a mask that it
+        has stays.
 
     Returns
     -------
@@ -198,7 +199,9 @@ def read(
         found = _read_plain(file, name, band)
     grey, mask = found["grey"], found["mask"]
     if nodata is not None:
-        mask, found["nodata"] = grey == nodata, nodata
+        # In place of the value that the file states, beside its mask or alpha
+        declared = mask & (grey != found.get("nodata"))
+        mask, found["nodata"] = declared | (grey == nodata), nodata
     if grey.dtype.kind == "f":
         mask = mask | ~np.isfinite(grey)
     if mask.all():

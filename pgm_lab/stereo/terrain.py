@@ -17,10 +17,12 @@ from pgm_lab.stereo.grid import Surface
 ORIGINS = ("ground", "interpolated under an object", "interpolated", "nothing")
 GROUND, UNDER, BETWEEN, NOTHING = range(4)
 MAX_ITERATIONS = 8  # of plate and residuals
+FREE, RIM = 2, 4.0  # after so many, no new object within so many m of the border
 # Shares of the measured cells: ground, far from it, and changed by the last plate
 FEW, AWAY, MOVING = 0.1, 0.1, 0.003
 STIFFNESS = 1.0  # of the plate: it smooths over about one of its cells
 STIFF = 30.0  # of the first one, with objects still below it
+PASSES = 4  # until the plate is right where little of its cells is known
 BLOCK = 0.5  # m: openings see nothing smaller, or furrows stand out for them
 HOUSE = 3.0  # m: the least height of one
 HILL = 8.0  # m: the least radius of one; gables are smaller
@@ -149,11 +151,13 @@ def filter_terrain(
         objects = np.kron(tall, np.ones((block, block), bool))[: len(z), : z.shape[1]]
         ground = known & ~_wider(objects, margin / dsm.cell)
 
-    # Plates on the ground, until it changes no more
-    coarse, fine = (max(1, round(side / dsm.cell)) for side in (2.0, 1.0))
-    for _ in range(MAX_ITERATIONS):
-        plate = _plate(z, ground, coarse)
-        objects = known & (np.abs(z - plate) > least)
+    # Plates on the ground, until it changes no more. At the border of the surface they
+    # bend less than hills: a hole there would grow
+    rim = _wider(np.pad(np.isnan(z), 1, constant_values=True), RIM / dsm.cell)
+    inside = ~rim[1:-1, 1:-1]
+    for k in range(MAX_ITERATIONS):
+        off = known & (np.abs(z - _plate(z, ground, 2 / dsm.cell)) > least)
+        objects = off if k < FREE else off & (objects | inside)
         before, ground = ground, known & ~_wider(objects, margin / dsm.cell)
         moving = before != ground
         if np.mean(moving) < 1e-3:
@@ -161,7 +165,7 @@ def filter_terrain(
     _warn_of_a_guess(known, ground, moving, widest / dsm.cell)
 
     # Heights of the surface on the ground, of the plate elsewhere
-    plate = _plate(z, ground, fine)
+    plate = _plate(z, ground, 1 / dsm.cell)
     missing = np.isnan(z)
     origin = np.select([missing, ground, known], [NOTHING, GROUND, UNDER], BETWEEN)
     terrain = np.where(missing, np.nan, np.where(ground, z, plate))
@@ -189,12 +193,6 @@ def _warn_of_a_guess(
 
 
 # --- Objects: openings in growing windows ---
-
-
-def _in_blocks(z: np.ndarray, known: np.ndarray, side: int) -> np.ndarray:
-    """Mean of the known heights in blocks of side by side cells, else NaN."""
-    n = _sum(known.astype(float), side)
-    return _sum(np.where(known, z, 0.0), side) / np.where(n > 0, n, np.nan)
 
 
 def _noise(z: np.ndarray, known: np.ndarray, lag: int) -> float:
@@ -255,31 +253,44 @@ def _wider(mask: np.ndarray, cells: float) -> np.ndarray:
 
 
 def _plate(
-    z: np.ndarray, known: np.ndarray, side: int, stiffness: float = STIFFNESS
+    z: np.ndarray, known: np.ndarray, cells: float, stiffness: float = STIFFNESS
 ) -> np.ndarray:
-    """Heights of a plate with cells of `side` by `side` on the known ones."""
+    """Heights of a plate on the known ones, as stiff as its cells of so many are."""
+    # Equations for single cells take ten times as long as for two by two, as stiff
+    cells = max(1.0, cells)
+    side = max(2, round(cells))
+    stiffness *= (cells / side) ** 4
     # It carries the mean of the known heights in each cell, by their number, and has
     # the least bending energy (thin plate spline).
-    n = _sum(known.astype(float), side)
-    at = np.stack(np.nonzero(n))
-    if known.sum() < 10 or np.linalg.matrix_rank(np.insert(at, 0, 1.0, axis=0)) < 3:
+    weight = _in_blocks(known.astype(float), np.ones_like(known), side)
+    at = np.stack(np.nonzero(weight))
+    if known.sum() < 10 or np.linalg.matrix_rank(at - at[:, :1]) < 2:
         raise ValueError(
             "too little of the surface is ground: all the rest stands out as objects."
             " Give a larger slope, least or most, or a smaller widest"
         )
-    mean = _sum(np.where(known, z, 0.0), side) / np.maximum(n, 1)
-    level = mean[n > 0].mean()
-    weight = (n / side**2).ravel()
-    normal = scipy.sparse.diags(weight) + stiffness * _bending(n.shape)
+    normal = scipy.sparse.diags(weight.ravel()) + stiffness * _bending(weight.shape)
     # Positive definite: without exchanges of rows the factors stay sparse
     symmetric = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
     factors = splu(normal.tocsc(), permc_spec="MMD_AT_PLUS_A", **symmetric)
-    plate = factors.solve(weight * (mean.ravel() - level)).reshape(n.shape)
-    # To cells of the surface; the rim goes on as it came
-    plate = np.pad(plate, 2, mode="reflect", reflect_type="odd").astype(np.float32)
-    wide = cv2.resize(plate, None, fx=side, fy=side, interpolation=cv2.INTER_CUBIC)
-    first, (rows, columns) = 2 * side, z.shape
-    return level + wide[first : first + rows, first : first + columns]
+    # What is known in a cell may lie beside its middle: add what the plate leaves there
+    plate = np.full(weight.shape, z[known].mean())
+    wide = np.full(z.shape, plate[0, 0])
+    for _ in range(PASSES):
+        left = np.nan_to_num(_in_blocks(z - wide, known, side))
+        plate = factors.solve((weight * (plate + left)).ravel()).reshape(weight.shape)
+        # To cells of the surface, smoothly; the rim goes on as it came
+        rim = np.pad(plate, 2, mode="reflect", reflect_type="odd")
+        wide = cv2.resize(rim, None, fx=side, fy=side, interpolation=cv2.INTER_LINEAR)
+        wide = cv2.blur(wide, (side | 1,) * 2)[2 * side :, 2 * side :]
+        wide = wide[: len(z), : z.shape[1]]
+    return wide
+
+
+def _in_blocks(z: np.ndarray, known: np.ndarray, side: int) -> np.ndarray:
+    """Mean of the known heights in blocks of side by side cells, else NaN."""
+    n = _sum(known.astype(float), side)
+    return _sum(np.where(known, z, 0.0), side) / np.where(n > 0, n, np.nan)
 
 
 def _sum(values: np.ndarray, side: int) -> np.ndarray:
@@ -292,16 +303,15 @@ def _sum(values: np.ndarray, side: int) -> np.ndarray:
 
 def _bending(shape: tuple[int, int]) -> "scipy.sparse.csr_matrix":
     """Energy of a plate: squares of its second differences, xx + 2 xy + yy."""
-    rows, columns = shape
-    xx = scipy.sparse.kron(scipy.sparse.eye(rows), _second(columns))
-    yy = scipy.sparse.kron(_second(rows), scipy.sparse.eye(columns))
-    xy = scipy.sparse.kron(_first(rows), _first(columns))
-    return xx.T @ xx + 2 * xy.T @ xy + yy.T @ yy
+    (y, yy), (x, xx) = ([d.T @ d for d in _differences(n)] for n in shape)
+    return scipy.sparse.kronsum(xx, yy) + 2 * scipy.sparse.kron(y, x)
 
 
-def _second(n: int) -> "scipy.sparse.spmatrix":
-    return scipy.sparse.diags([1.0, -2.0, 1.0], [0, 1, 2], shape=(max(n - 2, 0), n))
-
-
-def _first(n: int) -> "scipy.sparse.spmatrix":
-    return scipy.sparse.diags([-1.0, 1.0], [0, 1], shape=(n - 1, n))
+def _differences(n: int) -> "list[scipy.sparse.spmatrix]":
+    """First and second differences of n values, as matrices."""
+    rows = max(n - 1, 0), max(n - 2, 0)
+    weights = [-1.0, 1.0], [1.0, -2.0, 1.0]
+    return [
+        scipy.sparse.diags(w, range(len(w)), shape=(m, n))
+        for w, m in zip(weights, rows)
+    ]

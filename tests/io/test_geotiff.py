@@ -114,6 +114,9 @@ def test_no_data_from_the_tag_the_mask_the_argument_and_nan(tmp_path):
     alpha = np.where(none, 0, 65535).astype(np.uint16)
     found = read(saved(tmp_path / "b.tif", np.stack([GREY, alpha]), alpha="yes"))
     assert np.array_equal(found.grey, GREY) and np.array_equal(found.mask, none)
+    for name in ("m.tif", "b.tif"):  # what marks pixels beside a value is kept
+        both = read(tmp_path / name, 1, nodata=78).mask
+        assert np.array_equal(both, none | (GREY == 78))
     with pytest.raises(ValueError, match=r"t\.tif: there is no data in it"):
         read(saved(tmp_path / "t.tif", np.zeros_like(GREY), nodata=0))
 
