@@ -545,6 +545,9 @@ def terrain(dsm: Surface, dtm: Terrain, land: Landscape) -> None:
     axes[0].set_xlabel(f"contours every {CONTOURS} m", fontsize=14)
     drawn = axes[1].imshow(error, cmap="PuOr", vmin=-0.5, vmax=0.5)
     axes[1].set_title("terrain (DTM), errors")
+    crowns = {"colors": plot.BLACK, "linewidths": 0.8, "linestyles": "dotted"}
+    axes[1].contour(kind == 2, [0.5], **crowns)
+    axes[1].set_xlabel("dotted: crowns of trees", fontsize=14)
     for ax, z in zip(axes, (dsm.z, dtm.z)):
         steps = np.arange(0, 100, CONTOURS)
         ax.contour(z, steps, colors=plot.BLACK, linewidths=1.2)
@@ -563,7 +566,8 @@ def terrain(dsm: Surface, dtm: Terrain, land: Landscape) -> None:
         fig,
         f"Two maps with contours every {CONTOURS} m. Those of the surface pile up at"
         " houses and at the wood; those of the terrain run smoothly. Its errors, in"
-        " colours, are small in the fields and larger in the wood: RMSE"
+        " colours, are small in the fields and larger among the crowns of trees, whose"
+        " outlines are drawn: RMSE"
         f" {', '.join(said)}.",
         colours=96,
     )
