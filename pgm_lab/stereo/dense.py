@@ -386,13 +386,10 @@ def _coarse_to_fine(
         L, R = lefts[k], rights[k]
         if k < levels - 1:
             there, back = (_finer(a, L.grey.shape) for a in (there, back))
-        how = (
-            window,
-            reach if k == levels - 1 else NEAR[method],
-            0.5 if k else 1.0,
-            done,
-        )
-        search = {"sgm": _semiglobal, "ncc": _search}[method]
+        how = window, reach if k == levels - 1 else NEAR[method], done
+        search: Callable[..., _Peaks] = _semiglobal
+        if method == "ncc":
+            search = partial(_search, least=0.5 if k else 1.0)
         one = search(L, R, there, *how)
         two = search(R.mirrored(), L.mirrored(), back, *how)
         if k:
@@ -455,7 +452,6 @@ def _semiglobal(
     start: np.ndarray,
     window: int,
     reach: int,
-    least: float,
     done: Done,
 ) -> "_Peaks":
     """Disparities that match best and are smooth, within `reach` of those of a tile."""
@@ -559,8 +555,8 @@ def _search(
     start: np.ndarray,
     window: int,
     reach: int,
-    least: float,
     done: Done,
+    least: float,
 ) -> _Peaks:
     """Highest correlation within `reach`; `least` is the share that must be image."""
 
