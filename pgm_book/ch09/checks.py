@@ -76,11 +76,12 @@ def flat_board(function: Callable) -> None:
     try:
         answer = answer_of(function, *case, first="lessons 5 and 6")
     except CheckFailed as failed:
-        if "do not determine" not in str(failed):
+        if not isinstance(failed.__cause__, ValueError | TypeError):
             raise
         raise CheckFailed(
-            "flat_board: some unknowns change no misclosure: it must use the camera"
-            " and the stations among the unknowns, the lens correction as well"
+            "flat_board: v[i] is still open, or not that of photo i: `project` takes"
+            " its station, the grid and c, one number; `without_lens` its points and"
+            " the whole camera"
         ) from None
     try:
         found, covariance, sigma = (real(part, "the answer") for part in answer)
@@ -316,7 +317,7 @@ def surface_point(function: Callable) -> None:
     base, c, pixel, sigma = shaken(98, (0.193, 0.995, 0.001, 0.2))
     rest: tuple = ((20, 70), base, c, pixel, sigma)
     places = [(100, 60), (140, 45), (170, 30)]
-    found = np.array([call(function, pair, *p, *rest, shape=(4,)) for p in places])
+    found = np.array([_point(function, pair, *p, *rest) for p in places])
     wanted = np.array([textbook.surface_point(pair, *p, *rest) for p in places])
     depth = -wanted[:, 2:3]
     slips = [
@@ -342,6 +343,8 @@ def surface_point(function: Callable) -> None:
         " in mm, or its sd not that of your `sigma_height`, with H above zero, the"
         " given gsd, and sigma in px",
     )
+    if not np.isfinite(found).all():
+        hint = THERE
     right = near(found, wanted, 1e-6)
     gap = _gap(function, pair, rest) if right else (None, "")
     report(
@@ -366,6 +369,12 @@ def _motorcycles() -> tuple[np.ndarray, np.ndarray]:
 
 
 GAP = "where r is below 0.8, or NaN, return four NaN"
+THERE = "where r is 0.8 or above there is a point: which way is r compared?"
+
+
+def _point(function: Callable, *arguments: Any) -> np.ndarray:
+    """Four numbers of the reader's function, or four NaN."""
+    return call(function, *arguments, shape=(4,), nan=True)
 
 
 def _gap(function: Callable, pair: tuple, rest: tuple) -> tuple[bool, str]:
@@ -376,11 +385,7 @@ def _gap(function: Callable, pair: tuple, rest: tuple) -> tuple[bool, str]:
         (pair[1], (140, 33), False),  # r is 0.75
         (pair[1], (105, 45), True),  # 0.84
     ):
-        answer = answer_of(function, (pair[0], right), *place, *rest)
-        try:
-            values = np.asarray(answer, float)
-        except (TypeError, ValueError):
-            return False, GAP
-        if values.shape != (4,) or not np.all(np.isfinite(values) == kept):
-            return False, "where r is 0.84 there is a point" if kept else GAP
+        point = _point(function, (pair[0], right), *place, *rest)
+        if not np.all(np.isfinite(point) == kept):
+            return False, THERE if kept else GAP
     return True, ""

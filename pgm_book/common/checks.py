@@ -117,6 +117,8 @@ def answer_of(function: Callable, *arguments: Any, first: str = "") -> Any:
             " defines it still open, or its cell not run? Your turn!"
         ) from error
     except Exception as error:
+        if "ellipsis" in str(error):
+            raise CheckFailed(f"{name}: a part is still `...`. Your turn!") from None
         if first and "NoneType" in str(error):
             raise CheckFailed(
                 f"{name} got nothing from a function that it uses: do {first} first"
@@ -141,10 +143,13 @@ def call(
     shape: tuple[int, ...],
     first: str = "",
     single: bool = False,
+    nan: bool = False,
 ) -> np.ndarray:
     """Call the reader's function and return its answer as an array of that shape.
 
-    `first` as in `answer_of`; `single`: whether single precision will do.
+    `first` as in `answer_of`; `single`: whether single precision will do; `nan`:
+    whether NaN may stand in it. What a function returns goes on into the next one, so
+    that a column is no vector.
 
     Examples
     --------
@@ -165,12 +170,13 @@ def call(
         raise CheckFailed(
             f"{must} numbers, not {type(answer).__name__}{kind}"
         ) from None
-    array = _without_ones(array, shape)
+    if not shape or array.shape != (*shape, 1):
+        array = _without_ones(array, shape)
     if array.shape != shape:
         tip = _turned(shape) if array.shape == shape[::-1] else ""
         got = array.shape if shape else f"an array of shape {array.shape}"
         raise CheckFailed(f"{must} {wanted} here; got {got}{tip}")
-    if not np.all(np.isfinite(array)):
+    if not (nan or np.all(np.isfinite(array))):
         what = "NaN" if np.isnan(array).any() else "infinity"
         raise CheckFailed(
             f"{must} finite numbers here; got {what}: look for a division"

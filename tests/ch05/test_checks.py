@@ -321,7 +321,7 @@ def test_slip_in_the_relative_orientation_is_named():
         (of_some(slice(-1)), "it is left out"),
         (of_some(slice(1, None)), "it is left out"),
         (wrong_relative(lambda e: e[1:]), "must return shape"),
-        (wrong_relative(lambda e: e[:, None]), r"shape \(6,\); got \(6, 1\)"),
+        (wrong_relative(lambda e: e[:, None]), r"shape \(6,\) here; got \(6, 1\)"),
         (..., "relative is not a function yet"),
     ]  # fmt: skip
     assert unnamed(chapter5.relative, slips) == []

@@ -72,7 +72,8 @@ def test_a_slip_of_the_flat_board_is_named():
         return camera, 0 * np.eye(10), 0
 
     slips = [
-        (held, "some unknowns change no misclosure"),
+        (held, r"v\[i\] is still open"),
+        (lambda xy, *rest: flat(xy[:, 1:], *rest), "`project` takes its station"),
         (untouched, "adjusts nothing yet. Your turn!"),
         (changed(moves=False), "stay at their start"),
         (changed(C=False), "sigma0 squared times Q"),
@@ -152,6 +153,7 @@ def test_a_slip_of_the_y_parallaxes_is_named():
         (lambda *a: np.abs(book.y_parallaxes(*a)), "a parallax has a sign"),
         (rays_only, "not yet image points"),
         (lambda *a: book.y_parallaxes(*a) / a[3], "wanted in mm"),
+        (lambda *a: book.y_parallaxes(*a)[:, None], r"shape \(9,\)"),
         (lambda *a: a[1][:, 1] - a[2][:, 1], "it is not y' minus y''"),
     ]
     assert unnamed(chapter9.y_parallaxes, slips) == []
@@ -210,7 +212,8 @@ def test_a_slip_of_a_point_of_the_surface_is_named():
         (changed(1.1, 1, 1, 1), "your `best_disparity`"),
         (upside_down, "H first, then B"),
         (from_r(0.7), "below 0.8"),
-        (from_r(0.9), "r is 0.84 there is a point"),
+        (from_r(0.9), "above there is a point"),
+        (lambda *_: np.full(4, np.nan), "which way is r compared"),
         (always, "below 0.8"),
         (lambda *a: book.surface_point(*a)[:3], r"shape \(4,\)"),
     ]

@@ -28,6 +28,7 @@ def test_unfinished_function_gets_a_plain_message():
         (lambda *a: "text", "must return numbers, not str"),
         (lambda *a: [1.0, 2.0], r"must return shape \(4, 2\) here; got \(2,\)"),
         (lambda p, *a: p.T, "use np.column_stack"),
+        (lambda *a: (...).ravel(), "a part is still `...`. Your turn!"),
         (stop, "stopped with ZeroDivisionError: oops"),
         (change, "changes its input"),
         (lambda *a: step(*a), "step, which is not defined.*Your turn!"),  # noqa: F821
@@ -36,12 +37,13 @@ def test_unfinished_function_gets_a_plain_message():
 
 
 def test_axes_of_length_one_and_text_of_a_number_make_no_difference():
-    for answer, shape in (([[1.0, 2.0]], (2,)), ([3.0], ()), (np.ones((5, 1)), (5,))):
+    for answer, shape in (([[1.0, 2.0]], (2,)), ([3.0], ()), (np.ones((1, 5)), (5,))):
         found = checks.call(lambda answer=answer: answer, shape=shape)
         assert found.shape == shape and found.size == np.size(answer)
         assert checks.numbers("mine", answer, shape).shape == shape
     assert checks.numbers("photo", "2") == 2
-    for answer, shape in ((np.ones((1, 3)), (2,)), (np.ones((3, 2)), (2, 3))):
+    wrong = (np.ones((1, 3)), (2,)), (np.ones((3, 2)), (2, 3)), (np.ones((5, 1)), (5,))
+    for answer, shape in wrong:  # the last, a column, would spread in the next cell
         with pytest.raises(CheckFailed, match="must return shape"):
             checks.call(lambda answer=answer: answer, shape=shape)
 
