@@ -438,7 +438,7 @@ def relative(function: Callable) -> None:
         " volume, or the steps are too few"
     )
     left, right, c = cases[0]
-    first = call(function, left, right, c, shape=(6,))
+    first = call(function, left, right, c, shape=(6,), column=False)
     if near(call(function, left, right, 2 * c, shape=(6,)), first):
         otherwise = "it takes c from elsewhere, and not from its arguments"
     holds, hint = compare(function, cases, right_one, slips, otherwise)

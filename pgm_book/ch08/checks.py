@@ -73,6 +73,7 @@ def model_point(function: Callable[..., object]) -> None:
         ),
     }
     otherwise = "the point does not lie where the two rays meet"
+    call(function, *cases[0], shape=(3,), column=False)
     holds, hint = compare(function, cases, right, slips, otherwise)
     report("model_point", [("both rays meet in it", holds, hint)])
 

@@ -265,6 +265,7 @@ def y_parallaxes(function: Callable) -> None:
             lambda *case: right_one(*case) / case[3]
         ),
     }
+    call(function, *cases[0], shape=(len(cases[0][1]),), column=False)
     holds, hint = compare(
         function, cases, right_one, slips, "it is not y' minus y'' in the normal case"
     )

@@ -144,12 +144,13 @@ def call(
     first: str = "",
     single: bool = False,
     nan: bool = False,
+    column: bool = True,
 ) -> np.ndarray:
     """Call the reader's function and return its answer as an array of that shape.
 
     `first` as in `answer_of`; `single`: whether single precision will do; `nan`:
-    whether NaN may stand in it. What a function returns goes on into the next one, so
-    that a column is no vector.
+    whether NaN may stand in it; `column`: whether a column will do for a vector, as it
+    will not where the next cell takes it.
 
     Examples
     --------
@@ -170,7 +171,7 @@ def call(
         raise CheckFailed(
             f"{must} numbers, not {type(answer).__name__}{kind}"
         ) from None
-    if not shape or array.shape != (*shape, 1):
+    if column or array.shape != (*shape, 1):
         array = _without_ones(array, shape)
     if array.shape != shape:
         tip = _turned(shape) if array.shape == shape[::-1] else ""

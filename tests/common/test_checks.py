@@ -37,15 +37,16 @@ def test_unfinished_function_gets_a_plain_message():
 
 
 def test_axes_of_length_one_and_text_of_a_number_make_no_difference():
-    for answer, shape in (([[1.0, 2.0]], (2,)), ([3.0], ()), (np.ones((1, 5)), (5,))):
+    for answer, shape in (([[1.0, 2.0]], (2,)), ([3.0], ()), (np.ones((5, 1)), (5,))):
         found = checks.call(lambda answer=answer: answer, shape=shape)
         assert found.shape == shape and found.size == np.size(answer)
         assert checks.numbers("mine", answer, shape).shape == shape
     assert checks.numbers("photo", "2") == 2
-    wrong = (np.ones((1, 3)), (2,)), (np.ones((3, 2)), (2, 3)), (np.ones((5, 1)), (5,))
-    for answer, shape in wrong:  # the last, a column, would spread in the next cell
+    for answer, shape in ((np.ones((1, 3)), (2,)), (np.ones((3, 2)), (2, 3))):
         with pytest.raises(CheckFailed, match="must return shape"):
             checks.call(lambda answer=answer: answer, shape=shape)
+    with pytest.raises(CheckFailed, match=r"shape \(5,\) here; got \(5, 1\)"):
+        checks.call(lambda: np.ones((5, 1)), shape=(5,), column=False)
 
 
 def test_near_is_relative_to_the_largest_number_and_at_least_to_one():
