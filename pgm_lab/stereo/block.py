@@ -242,11 +242,7 @@ def plot_block(
         )
         for i, j in indices.tolist()
     ]
-    done = {
-        task.pair: PlottedPair(*task.pair, "found", **before, file=task.file)
-        for task in tasks
-        if (before := _plotted(task))
-    }
+    done = {task.pair: row for task in tasks if (row := _found(task))}
     missing = [task for task in tasks if task.pair not in done]
     bar = tqdm(
         total=len(tasks),
@@ -347,9 +343,6 @@ def _belongs(folder: Path, now: dict[str, Any], overwrite: bool) -> None:
 # --- One pair as a task ---
 
 
-Answer = tuple[int, float, str]  # points, seconds, remark
-
-
 @dataclass(frozen=True, eq=False)
 class Task:
     """What a worker needs for a pair, 1 kB in all: it reads the photos itself."""
@@ -365,8 +358,8 @@ class Task:
     file: Path
 
 
-def plot_pair(task: Task) -> Answer:
-    """Plot one pair into its file; its points, the seconds it took, and a remark."""
+def plot_pair(task: Task) -> PlottedPair:
+    """Plot one pair into its file."""
     start = time.perf_counter()
     left, right = task.left.read(), task.right.read()
     pair = epipolar_pair(left, right, task.heights)
@@ -391,11 +384,12 @@ def plot_pair(task: Task) -> Answer:
         points.xyz[inside], points.sd[inside, 2], task.cell, task.largest_gap
     )
     box = np.array([*first, *z.shape[::-1]])
-    said = {"fingerprint": task.fingerprint, "points": n, "remark": remark}
-    stored: dict[str, Any] = {**said, "box": box}
+    stored: dict[str, Any] = {"fingerprint": task.fingerprint, "points": n}
+    stored |= {"remark": remark, "box": box, "z": z, "weight": weight}
     with _files.atomic(task.file, overwrite=True) as part, part.open("xb") as file:
-        np.savez(file, **stored, z=z, weight=weight)
-    return n, time.perf_counter() - start, remark
+        np.savez(file, **stored)
+    seconds = time.perf_counter() - start
+    return PlottedPair(*task.pair, "plotted", n, seconds, remark=remark, file=task.file)
 
 
 def _gridded(
@@ -417,15 +411,16 @@ def _gridded(
     return z.astype(np.float32), weight.astype(np.float32), first
 
 
-def _plotted(task: Task) -> dict[str, Any] | None:
-    """Points and remark of a pair that is in its file already, None if it is not."""
+def _found(task: Task) -> PlottedPair | None:
+    """The pair if it is in its file already."""
     try:
         with task.file.open("rb") as file, np.load(file) as stored:
             if str(stored["fingerprint"]) != task.fingerprint:
                 return None
-            return {"points": int(stored["points"]), "remark": str(stored["remark"])}
+            points, remark = int(stored["points"]), str(stored["remark"])
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None  # not there, or broken
+    return PlottedPair(*task.pair, "found", points, remark=remark, file=task.file)
 
 
 # --- Where the tasks run: in this process, in several, or on a cluster ---
@@ -436,34 +431,31 @@ Plot = Callable[[Task], futures.Future]
 def _plot(tasks: list[Task], plot: Plot, retries: int) -> Iterator[PlottedPair]:
     """Do all tasks; those that failed again, one by one, after the others."""
     # It is unknown which of those that ran together killed a worker
-    failed = []
-    for row in _batch(tasks, plot, 1):
-        if row.status == "failed" and retries:
-            failed.append(row)
-        else:
-            yield row
-    of = {task.pair: task for task in tasks}
-    for row in failed:
-        for attempt in range(2, retries + 2):
-            (row,) = _batch([of[row.left, row.right]], plot, attempt)
-            if row.status == "plotted":
-                break
-        yield row
+    batches = [tasks]
+    for attempt in range(1, retries + 2):
+        failed = []
+        for batch in batches:
+            for task, row in _batch(batch, plot):
+                if row.status == "failed" and attempt <= retries:
+                    failed.append([task])
+                else:
+                    yield replace(row, attempts=attempt)
+        batches = failed
 
 
-def _batch(tasks: list[Task], plot: Plot, attempt: int) -> Iterator[PlottedPair]:
+def _batch(tasks: list[Task], plot: Plot) -> Iterator[tuple[Task, PlottedPair]]:
     """Do tasks at the same time; how each ended, as they are ready."""
     running = {plot(task): task for task in tasks}
     try:
         for future in futures.as_completed(running):
-            yield _row(running[future], _answer(future), attempt)
+            yield running[future], _ended(running[future], future)
     finally:
         for future in running:
             future.cancel()
 
 
-def _answer(future: futures.Future) -> Answer | Exception:
-    """What a task gave, or why it failed."""
+def _ended(task: Task, future: futures.Future) -> PlottedPair:
+    """The pair, or why it failed; what ends all tasks is raised."""
     try:
         return future.result()
     except futures.CancelledError:
@@ -472,23 +464,17 @@ def _answer(future: futures.Future) -> Answer | Exception:
             " to go on"
         ) from None
     except BrokenProcessPool:
-        return BrokenProcessPool(
-            "its process died; was there enough memory? (In a script, plot_block has to"
-            ' be called under `if __name__ == "__main__":`, or with workers=1)'
+        reason = (
+            "BrokenProcessPool: its process died; was there enough memory? (In a"
+            " script, plot_block has to be called under"
+            ' `if __name__ == "__main__":`, or with workers=1)'
         )
     except Exception as error:
         traceback.clear_frames(error.__traceback__)  # or photos stay open
         if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
             raise OSError(error.errno, DISK) from error
-        return error
-
-
-def _row(task: Task, answer: Answer | Exception, attempts: int) -> PlottedPair:
-    row = functools.partial(PlottedPair, *task.pair, attempts=attempts, file=task.file)
-    if isinstance(answer, Exception):
-        return row(status="failed", reason=f"{type(answer).__name__}: {answer}")
-    points, seconds, remark = answer
-    return row(status="plotted", points=points, seconds=seconds, remark=remark)
+        reason = f"{type(error).__name__}: {error}"
+    return PlottedPair(*task.pair, "failed", reason=reason, file=task.file)
 
 
 @contextlib.contextmanager
@@ -513,7 +499,7 @@ def _workers(client: Any, workers: int, folder: Path) -> Iterator[Plot]:
 
 
 @contextlib.contextmanager
-def _in_processes(number: int) -> Iterator[Callable[[Task], Answer]]:
+def _in_processes(number: int) -> Iterator[Callable[[Task], PlottedPair]]:
     """A function that plots in so many processes; one is this process alone."""
     if number == 1:
         yield plot_pair
@@ -525,7 +511,7 @@ def _in_processes(number: int) -> Iterator[Callable[[Task], Answer]]:
     for _ in range(number):
         free.put(start())
 
-    def plot(task: Task) -> Answer:
+    def plot(task: Task) -> PlottedPair:
         pool = free.get()
         try:
             return pool.submit(plot_pair, task).result()
