@@ -9,6 +9,7 @@ import contextlib
 import errno
 import functools
 import hashlib
+import itertools
 import json
 import multiprocessing
 import os
@@ -589,32 +590,20 @@ def merge(files: Sequence[Path], cell: float, folder: Path, how: str) -> Surface
         _files.atomic(names[0], overwrite=True) as z_part,
         _files.atomic(names[1], overwrite=True) as measured_part,
     ):
-        _fill(z_part, measured_part, (rows, columns), files, boxes, how)
+        z = np.lib.format.open_memmap(z_part, "w+", np.float32, (rows, columns))
+        measured = np.lib.format.open_memmap(measured_part, "w+", bool, z.shape)
+        combine = _mean if how == "mean" else _median
+        for row, column in itertools.product(*(range(0, n, TILE) for n in z.shape)):
+            low = np.array([column, row])
+            high = np.minimum(low + TILE, z.shape[::-1])
+            parts = _parts(files, boxes, np.stack([low, high]))
+            at = _slices(low, high)
+            z[at], measured[at] = combine((high - low)[::-1], parts)
+        del z, measured  # closed before they get their names
     large = rows * columns > _validate.MAX_NUMBERS
     z, measured = (np.load(name, mmap_mode="r" if large else None) for name in names)
     x, y = (first + 0.5) * cell
     return Surface(z, (float(x), float(-y)), cell, measured)
-
-
-def _fill(
-    z_part: Path,
-    measured_part: Path,
-    shape: tuple[int, int],
-    files: Sequence[Path],
-    boxes: np.ndarray,
-    how: str,
-) -> None:
-    """Merge tile by tile into two arrays on disk."""
-    z = np.lib.format.open_memmap(z_part, "w+", np.float32, shape)
-    measured = np.lib.format.open_memmap(measured_part, "w+", bool, shape)
-    combine = _mean if how == "mean" else _median
-    for row in range(0, shape[0], TILE):
-        for column in range(0, shape[1], TILE):
-            low = np.array([column, row])
-            high = np.minimum(low + TILE, shape[::-1])
-            parts = _parts(files, boxes, np.stack([low, high]))
-            at = _slices(low, high)
-            z[at], measured[at] = combine((high - low)[::-1], parts)
 
 
 Part = tuple[tuple[slice, slice], np.ndarray, np.ndarray]  # where, heights, weights

@@ -252,9 +252,7 @@ def _first_reason(
     return np.select(list(reasons.values()), numbers, 0).astype(np.uint8)
 
 
-def _isolated(
-    d: np.ndarray, good: np.ndarray, least: int, jump: float = MAX_JUMP
-) -> np.ndarray:
+def _isolated(d: np.ndarray, good: np.ndarray, least: int, jump: float) -> np.ndarray:
     """Good cells in patches of fewer than `least`; a jump divides patches."""
     steps, none = 16, -(2**15)  # filterSpeckles needs 16 bit integers
     whole = np.where(good, np.clip(d * steps, none + 1, 2**15 - 1), none)
