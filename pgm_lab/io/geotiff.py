@@ -49,7 +49,7 @@ _STRICT = {
 _ALONE = {"GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR"}  # no file beside the image
 # Tags of TIFF that make it a GeoTIFF: pixel scale, tie points, transformation, keys;
 # and GDAL's own for no data.
-_GEO_TAGS = {33550, 33922, 34264, 34735, 42113}
+_GEO_TAGS = {33550, 33922, 34264, 34735, photo.NODATA}
 _CHANNELS = "red", "green", "blue", "alpha"
 
 

@@ -39,58 +39,37 @@ def correlate(
     if lines is not None:
         lines = lines / np.hypot(lines[:, 0], lines[:, 1])[:, None]
         start = foot(start, lines)
-    chunk = max(1, MAX_CANVAS // search**2)
-    parts = [
-        _of_canvas(
-            *(left, right, points[k], start[k], shape[k], template, search),
-            None if lines is None else lines[k],
-            limits,
-        )
-        for k in (slice(i, i + chunk) for i in range(0, len(points), chunk))
-    ]
-    return ncc.Match(*map(np.concatenate, zip(*(vars(one).values() for one in parts))))
-
-
-def _of_canvas(
-    left: np.ndarray,
-    right: np.ndarray,
-    points: np.ndarray,
-    start: np.ndarray,
-    shape: np.ndarray,
-    template: int,
-    search: int,
-    lines: np.ndarray | None,
-    limits: dict[str, Any],
-) -> ncc.Match:
-    """Find points that all fit in one canvas."""
     size = search + 2 * RIM
-    middle = np.full((len(points), 2), size // 2)
-    middle[:, 1] += np.arange(len(points)) * size
-    if lines is not None:
-        normal = np.einsum("ni,nij->nj", lines[:, :2], shape)
-        # The line runs through the centre
-        lines = np.column_stack([normal, -np.sum(normal * middle, axis=1)])
-    grey = canvas(right, start, shape, size)
-    found = ncc.match(
-        left, grey, points, middle, template, search,
-        refine="parabola", lines=lines, **limits,
-    )  # fmt: skip
-    # Beyond the photo the canvas has no data
-    reach = template // 2 * np.abs(shape).sum(axis=2)
-    last = np.array(right.shape[::-1]) - 1
-    leaves = np.any((start < reach) | (start + reach > last), axis=1)
-    status = np.where(
-        leaves & (found.status == "no data in the window"),
-        "window leaves the image",
-        found.status,
-    )
-    return ncc.Match(
-        points=start + np.einsum("nij,nj->ni", shape, found.points - middle),
-        r=found.r,
-        second=found.second,
-        covariance=shape @ found.covariance @ np.swapaxes(shape, 1, 2),
-        status=status,
-    )
+
+    def of_canvas(k: slice) -> ncc.Match:
+        """Points that all fit in one canvas."""
+        p, x, A, along = points[k], start[k], shape[k], None
+        middle = np.full((len(p), 2), size // 2)
+        middle[:, 1] += np.arange(len(p)) * size
+        if lines is not None:
+            normal = np.einsum("ni,nij->nj", lines[k, :2], A)
+            # The line runs through the centre
+            along = np.column_stack([normal, -np.sum(normal * middle, axis=1)])
+        found = ncc.match(
+            left, canvas(right, x, A, size), p, middle, template, search,
+            refine="parabola", lines=along, **limits,
+        )  # fmt: skip
+        # Beyond the photo the canvas has no data
+        reach = template // 2 * np.abs(A).sum(axis=2)
+        last = np.array(right.shape[::-1]) - 1
+        leaves = np.any((x < reach) | (x + reach > last), axis=1)
+        leaves &= found.status == "no data in the window"
+        return ncc.Match(
+            points=x + np.einsum("nij,nj->ni", A, found.points - middle),
+            r=found.r,
+            second=found.second,
+            covariance=A @ found.covariance @ np.swapaxes(A, 1, 2),
+            status=np.where(leaves, "window leaves the image", found.status),
+        )
+
+    chunk = max(1, MAX_CANVAS // search**2)
+    parts = [of_canvas(slice(i, i + chunk)) for i in range(0, len(points), chunk)]
+    return ncc.Match(*map(np.concatenate, zip(*(vars(one).values() for one in parts))))
 
 
 # --- The canvas ---

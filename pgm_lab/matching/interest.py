@@ -74,14 +74,21 @@ def pick(
     """
     number = _validate.whole(number, "number", 1)
     template = _validate.window(template, "template")
-    grey, mask = _image(image, "image", template)
+    grey = _validate.grey_image(image, "image", template)
+    if grey.dtype not in (np.uint8, np.uint16, np.float32, np.float64):
+        grey = grey.astype(float)
+    mask = without_data(grey)
+    if mask.all():
+        raise ValueError("image has no data: all pixels are masked, NaN or infinite")
+    if not mask.any():
+        mask = np.broadcast_to(False, mask.shape)  # of no size in memory
     half = template // 2
     margin = half if margin is None else _validate.whole(margin, "margin", half)
     if not 0 <= _validate.number(least, "least") < 1:
         raise ValueError(f"least must be at least 0 and below 1; got {least}")
     space = np.sqrt(grey.size / number)  # between points, if all were textured
     cell = max(2, half, int(space / 4))
-    points, texture = _best_of_cells(grey, mask, template, margin, cell)
+    points, texture = _best_of_cells(np.ma.getdata(grey), mask, template, margin, cell)
     if seen is not None:
         texture[~seen(points)] = 0
     good = texture >= max(least * np.percentile(texture, 95), np.finfo(float).tiny)
@@ -90,21 +97,8 @@ def pick(
     return points[order][spread(points[order], number, space, cell)].astype(float)
 
 
-def _image(
-    values: ArrayLike, name: str, size: int
-) -> tuple[np.ndarray, np.ndarray | None]:
-    """Grey values in their own type, and where there are none."""
-    grey = _validate.grey_image(values, name, size)
-    if grey.dtype not in (np.uint8, np.uint16, np.float32, np.float64):
-        grey = grey.astype(float)
-    mask = without_data(grey)
-    if mask.all():
-        raise ValueError(f"{name} has no data: all pixels are masked, NaN or infinite")
-    return np.ma.getdata(grey), mask if mask.any() else None
-
-
 def _best_of_cells(
-    grey: np.ndarray, mask: np.ndarray | None, template: int, margin: int, cell: int
+    grey: np.ndarray, mask: np.ndarray, template: int, margin: int, cell: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Best point (m, 2) of each square cell, and its texture (m,); tile by tile."""
     rows, columns = grey.shape
@@ -114,7 +108,7 @@ def _best_of_cells(
     for corner in itertools.product(range(0, rows, side), range(0, columns, side)):
         (y, top), (x, left) = ((max(0, at - border), at) for at in corner)
         part = np.s_[y : top + side + border, x : left + side + border]
-        found = _texture(grey[part], None if mask is None else mask[part], template)
+        found = _texture(grey[part], mask[part], template)
         found = found[top - y :, left - x :][:side, :side]
         for values, first, n in ((found, top, rows), (found.T, left, columns)):
             at = first + np.arange(len(values))
@@ -131,15 +125,16 @@ def _best_of_cells(
     return np.concatenate(points), np.concatenate(texture)
 
 
-def _texture(grey: np.ndarray, mask: np.ndarray | None, template: int) -> np.ndarray:
+def _texture(grey: np.ndarray, mask: np.ndarray, template: int) -> np.ndarray:
     """The smaller eigenvalue for the template around each pixel; 0 without data."""
-    if mask is not None and mask.all():
+    if mask.all():
         return np.zeros(grey.shape, np.float32)
     values = grey.astype(np.float32)
-    if mask is not None:
+    masked = mask.any()
+    if masked:
         values[mask] = values[~mask].mean()
     found = cv2.cornerMinEigenVal(values, template, ksize=3)
-    if mask is not None:
+    if masked:
         around = np.ones((template + 2 * LSM_REACH, template + 2 * LSM_REACH), np.uint8)
         found[cv2.dilate(mask.astype(np.uint8), around) > 0] = 0
     return found

@@ -223,7 +223,13 @@ def match(
         raise ValueError("points must be given if start contains their positions")
     else:
         where = _validate.point_list(start, "start", len(points))
-        shapes = _shapes(shape, len(points))
+        shapes = _validate.window_shapes(shape, len(points))
+        area = np.abs(np.linalg.det(shapes))
+        if np.any(np.abs(shapes) > MAX_SCALE) or np.any(area < 1e-2):
+            raise ValueError(
+                f"shape must scale by 0.1 to {MAX_SCALE:g}, and not to a line; got"
+                f" {shapes[0].tolist()}"
+            )
     coarse = correlate(
         left, right, points, where, shapes, template, search, lines,
         threshold=min(threshold, COARSE_THRESHOLD), ratio=ratio, back=back, **near,
@@ -235,19 +241,6 @@ def match(
     )  # fmt: skip
     good = quality(left, right, points[k], fine, template)
     return _put_together(points, coarse, k, fine, good, least_quality, sizes)
-
-
-def _shapes(shape: ArrayLike | None, n: int) -> np.ndarray:
-    """Shapes (n, 2, 2), the same for all if one is given."""
-    shapes = _validate.window_shapes(shape, n)
-    if np.any(np.abs(shapes) > MAX_SCALE) or np.any(
-        np.abs(np.linalg.det(shapes)) < 1e-2
-    ):
-        raise ValueError(
-            f"shape must scale by 0.1 to {MAX_SCALE:g}, and not to a line; got"
-            f" {shapes[0].tolist()}"
-        )
-    return shapes
 
 
 def _picked(

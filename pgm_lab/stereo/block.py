@@ -9,6 +9,7 @@ import contextlib
 import errno
 import functools
 import hashlib
+import itertools
 import json
 import multiprocessing
 import os
@@ -242,11 +243,7 @@ def plot_block(
         )
         for i, j in indices.tolist()
     ]
-    done = {
-        task.pair: PlottedPair(*task.pair, "found", **before, file=task.file)
-        for task in tasks
-        if (before := _plotted(task))
-    }
+    done = {task.pair: row for task in tasks if (row := _found(task))}
     missing = [task for task in tasks if task.pair not in done]
     bar = tqdm(
         total=len(tasks),
@@ -347,9 +344,6 @@ def _belongs(folder: Path, now: dict[str, Any], overwrite: bool) -> None:
 # --- One pair as a task ---
 
 
-Answer = tuple[int, float, str]  # points, seconds, remark
-
-
 @dataclass(frozen=True, eq=False)
 class Task:
     """What a worker needs for a pair, 1 kB in all: it reads the photos itself."""
@@ -365,8 +359,8 @@ class Task:
     file: Path
 
 
-def plot_pair(task: Task) -> Answer:
-    """Plot one pair into its file; its points, the seconds it took, and a remark."""
+def plot_pair(task: Task) -> PlottedPair:
+    """Plot one pair into its file."""
     start = time.perf_counter()
     left, right = task.left.read(), task.right.read()
     pair = epipolar_pair(left, right, task.heights)
@@ -391,11 +385,12 @@ def plot_pair(task: Task) -> Answer:
         points.xyz[inside], points.sd[inside, 2], task.cell, task.largest_gap
     )
     box = np.array([*first, *z.shape[::-1]])
-    said = {"fingerprint": task.fingerprint, "points": n, "remark": remark}
-    stored: dict[str, Any] = {**said, "box": box}
+    stored: dict[str, Any] = {"fingerprint": task.fingerprint, "points": n}
+    stored |= {"remark": remark, "box": box, "z": z, "weight": weight}
     with _files.atomic(task.file, overwrite=True) as part, part.open("xb") as file:
-        np.savez(file, **stored, z=z, weight=weight)
-    return n, time.perf_counter() - start, remark
+        np.savez(file, **stored)
+    seconds = time.perf_counter() - start
+    return PlottedPair(*task.pair, "plotted", n, seconds, remark=remark, file=task.file)
 
 
 def _gridded(
@@ -417,15 +412,16 @@ def _gridded(
     return z.astype(np.float32), weight.astype(np.float32), first
 
 
-def _plotted(task: Task) -> dict[str, Any] | None:
-    """Points and remark of a pair that is in its file already, None if it is not."""
+def _found(task: Task) -> PlottedPair | None:
+    """The pair if it is in its file already."""
     try:
         with task.file.open("rb") as file, np.load(file) as stored:
             if str(stored["fingerprint"]) != task.fingerprint:
                 return None
-            return {"points": int(stored["points"]), "remark": str(stored["remark"])}
+            points, remark = int(stored["points"]), str(stored["remark"])
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None  # not there, or broken
+    return PlottedPair(*task.pair, "found", points, remark=remark, file=task.file)
 
 
 # --- Where the tasks run: in this process, in several, or on a cluster ---
@@ -436,34 +432,31 @@ Plot = Callable[[Task], futures.Future]
 def _plot(tasks: list[Task], plot: Plot, retries: int) -> Iterator[PlottedPair]:
     """Do all tasks; those that failed again, one by one, after the others."""
     # It is unknown which of those that ran together killed a worker
-    failed = []
-    for row in _batch(tasks, plot, 1):
-        if row.status == "failed" and retries:
-            failed.append(row)
-        else:
-            yield row
-    of = {task.pair: task for task in tasks}
-    for row in failed:
-        for attempt in range(2, retries + 2):
-            (row,) = _batch([of[row.left, row.right]], plot, attempt)
-            if row.status == "plotted":
-                break
-        yield row
+    batches = [tasks]
+    for attempt in range(1, retries + 2):
+        failed = []
+        for batch in batches:
+            for task, row in _batch(batch, plot):
+                if row.status == "failed" and attempt <= retries:
+                    failed.append([task])
+                else:
+                    yield replace(row, attempts=attempt)
+        batches = failed
 
 
-def _batch(tasks: list[Task], plot: Plot, attempt: int) -> Iterator[PlottedPair]:
+def _batch(tasks: list[Task], plot: Plot) -> Iterator[tuple[Task, PlottedPair]]:
     """Do tasks at the same time; how each ended, as they are ready."""
     running = {plot(task): task for task in tasks}
     try:
         for future in futures.as_completed(running):
-            yield _row(running[future], _answer(future), attempt)
+            yield running[future], _ended(running[future], future)
     finally:
         for future in running:
             future.cancel()
 
 
-def _answer(future: futures.Future) -> Answer | Exception:
-    """What a task gave, or why it failed."""
+def _ended(task: Task, future: futures.Future) -> PlottedPair:
+    """The pair, or why it failed; what ends all tasks is raised."""
     try:
         return future.result()
     except futures.CancelledError:
@@ -472,23 +465,17 @@ def _answer(future: futures.Future) -> Answer | Exception:
             " to go on"
         ) from None
     except BrokenProcessPool:
-        return BrokenProcessPool(
-            "its process died; was there enough memory? (In a script, plot_block has to"
-            ' be called under `if __name__ == "__main__":`, or with workers=1)'
+        reason = (
+            "BrokenProcessPool: its process died; was there enough memory? (In a"
+            " script, plot_block has to be called under"
+            ' `if __name__ == "__main__":`, or with workers=1)'
         )
     except Exception as error:
         traceback.clear_frames(error.__traceback__)  # or photos stay open
         if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
             raise OSError(error.errno, DISK) from error
-        return error
-
-
-def _row(task: Task, answer: Answer | Exception, attempts: int) -> PlottedPair:
-    row = functools.partial(PlottedPair, *task.pair, attempts=attempts, file=task.file)
-    if isinstance(answer, Exception):
-        return row(status="failed", reason=f"{type(answer).__name__}: {answer}")
-    points, seconds, remark = answer
-    return row(status="plotted", points=points, seconds=seconds, remark=remark)
+        reason = f"{type(error).__name__}: {error}"
+    return PlottedPair(*task.pair, "failed", reason=reason, file=task.file)
 
 
 @contextlib.contextmanager
@@ -513,7 +500,7 @@ def _workers(client: Any, workers: int, folder: Path) -> Iterator[Plot]:
 
 
 @contextlib.contextmanager
-def _in_processes(number: int) -> Iterator[Callable[[Task], Answer]]:
+def _in_processes(number: int) -> Iterator[Callable[[Task], PlottedPair]]:
     """A function that plots in so many processes; one is this process alone."""
     if number == 1:
         yield plot_pair
@@ -525,7 +512,7 @@ def _in_processes(number: int) -> Iterator[Callable[[Task], Answer]]:
     for _ in range(number):
         free.put(start())
 
-    def plot(task: Task) -> Answer:
+    def plot(task: Task) -> PlottedPair:
         pool = free.get()
         try:
             return pool.submit(plot_pair, task).result()
@@ -603,32 +590,20 @@ def merge(files: Sequence[Path], cell: float, folder: Path, how: str) -> Surface
         _files.atomic(names[0], overwrite=True) as z_part,
         _files.atomic(names[1], overwrite=True) as measured_part,
     ):
-        _fill(z_part, measured_part, (rows, columns), files, boxes, how)
+        z = np.lib.format.open_memmap(z_part, "w+", np.float32, (rows, columns))
+        measured = np.lib.format.open_memmap(measured_part, "w+", bool, z.shape)
+        combine = _mean if how == "mean" else _median
+        for row, column in itertools.product(*(range(0, n, TILE) for n in z.shape)):
+            low = np.array([column, row])
+            high = np.minimum(low + TILE, z.shape[::-1])
+            parts = _parts(files, boxes, np.stack([low, high]))
+            at = _slices(low, high)
+            z[at], measured[at] = combine((high - low)[::-1], parts)
+        del z, measured  # closed before they get their names
     large = rows * columns > _validate.MAX_NUMBERS
     z, measured = (np.load(name, mmap_mode="r" if large else None) for name in names)
     x, y = (first + 0.5) * cell
     return Surface(z, (float(x), float(-y)), cell, measured)
-
-
-def _fill(
-    z_part: Path,
-    measured_part: Path,
-    shape: tuple[int, int],
-    files: Sequence[Path],
-    boxes: np.ndarray,
-    how: str,
-) -> None:
-    """Merge tile by tile into two arrays on disk."""
-    z = np.lib.format.open_memmap(z_part, "w+", np.float32, shape)
-    measured = np.lib.format.open_memmap(measured_part, "w+", bool, shape)
-    combine = _mean if how == "mean" else _median
-    for row in range(0, shape[0], TILE):
-        for column in range(0, shape[1], TILE):
-            low = np.array([column, row])
-            high = np.minimum(low + TILE, shape[::-1])
-            parts = _parts(files, boxes, np.stack([low, high]))
-            at = _slices(low, high)
-            z[at], measured[at] = combine((high - low)[::-1], parts)
 
 
 Part = tuple[tuple[slice, slice], np.ndarray, np.ndarray]  # where, heights, weights

@@ -8,7 +8,6 @@ Least squares matching refines the finest level and says how sure it is.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any, NamedTuple
 
 import cv2
@@ -203,21 +202,16 @@ def match_rows(
         **{"leave": False, "delay": 1.0},
     )
     with bar:
-        peaks, back = _coarse_to_fine(L, R, levels, window, search, method, bar.update)
+        way = _Way(L, R, window, method, bar.update)
+        peaks, back = _coarse_to_fine(way, levels, search)
         agree = _agreement(peaks.d, back.d)
-        status = _first_reason(L, peaks, agree, window, threshold)
+        status = _first_reason(way, peaks, agree, threshold)
         d, sd, good = peaks.d, peaks.sd, status == 0
         if refine:
-            how = window, method, bar.update
-            d, sd, converged, whole = _least_squares(L, R, d, good, *how)
-        if method == "sgm":
-            # The mean of both ways. They share the noise, not what interpolation and
-            # the shapes of windows do: a quarter of the squared difference
-            both = d - _way_back(L, R, peaks, back, *how)
-            near = good & converged & whole & (np.abs(both) < MAX_DIFFERENCE) & (sd > 0)
-            d = np.where(near, d - both / 2, d)
-            relative = (both / np.where(near, sd, 1)) ** 2
-            sd = sd * np.sqrt(1 + _mean_around(relative, near, window) / 4)
+            refined = _least_squares(way, d, good)
+            if method == "sgm":
+                refined = _both_ways(way, peaks, back, good, refined)
+            d, sd, converged, whole = refined
     if refine:
         status[(status == 0) & ~converged] = STATUSES.index("not converged")
         status[(status == 0) & ~whole] = STATUSES.index("no data in the window")
@@ -242,9 +236,10 @@ def match_rows(
 
 
 def _first_reason(
-    left: "_Image", peaks: "_Peaks", agree: np.ndarray, window: int, threshold: float
+    way: "_Way", peaks: "_Peaks", agree: np.ndarray, threshold: float
 ) -> np.ndarray:
     """Statuses of the cells after correlation."""
+    left, window = way.left, way.window
     variance = _box(left.grey**2, window) - _box(left.grey, window) ** 2
     reasons = {
         "no data in the window": (peaks.r == -1) | (_box(left.mask, window) <= WHOLE),
@@ -257,9 +252,7 @@ def _first_reason(
     return np.select(list(reasons.values()), numbers, 0).astype(np.uint8)
 
 
-def _isolated(
-    d: np.ndarray, good: np.ndarray, least: int, jump: float = MAX_JUMP
-) -> np.ndarray:
+def _isolated(d: np.ndarray, good: np.ndarray, least: int, jump: float) -> np.ndarray:
     """Good cells in patches of fewer than `least`; a jump divides patches."""
     steps, none = 16, -(2**15)  # filterSpeckles needs 16 bit integers
     whole = np.where(good, np.clip(d * steps, none + 1, 2**15 - 1), none)
@@ -271,7 +264,7 @@ def _isolated(
 def _pixels(shape: tuple[int, ...], levels: int, method: str) -> int:
     """Pixels to do: those of all levels, and of what follows on the finest."""
     n = sum(math.prod(-(-side // 2**k) for side in shape) for k in range(levels))
-    return 2 * n + (2 if method == "sgm" else 1) * math.prod(shape)
+    return (2 if method == "sgm" else 1) * (2 * n + math.prod(shape))
 
 
 # --- Images, windows, warps, bands ---
@@ -282,10 +275,24 @@ class _Image(NamedTuple):
 
     grey: np.ndarray
     mask: np.ndarray
+    eight: np.ndarray = np.zeros((0, 0), np.uint8)  # with 8 bits, for "sgm" alone
 
-    def mirrored(self) -> "_Image":
-        """Left and right exchanged."""
-        return _Image(*(np.ascontiguousarray(a[:, ::-1]) for a in self))
+
+class _Way(NamedTuple):
+    """What is matched, and how: from left to right."""
+
+    left: _Image
+    right: _Image
+    window: int
+    method: str
+    done: Done
+
+    def back(self) -> "_Way":
+        """From right to left: both mirrored, so that a disparity keeps its sign."""
+        left, right = (
+            _Image(*map(_mirrored, image)) for image in (self.right, self.left)
+        )
+        return self._replace(left=left, right=right)
 
 
 def _image(grey: ArrayLike, name: str) -> _Image:
@@ -298,6 +305,11 @@ def _image(grey: ArrayLike, name: str) -> _Image:
     mean, scatter = array[known].mean(dtype=float), array[known].std(dtype=float)
     about = np.where(known, (array - mean) / (scatter or 1), 0)
     return _Image(about.astype(np.float32), known.astype(np.float32))
+
+
+def _mirrored(a: np.ndarray) -> np.ndarray:
+    """Left and right exchanged."""
+    return np.ascontiguousarray(a[:, ::-1])
 
 
 def _box(a: np.ndarray, n: int) -> np.ndarray:
@@ -322,37 +334,28 @@ def _warped(
 
 
 def _in_tiles(
+    way: _Way,
     work: Callable[[slice, slice], tuple[np.ndarray, ...]],
-    shape: tuple[int, ...],
-    tile: tuple[int, int],
     margin: int,
-    done: Done,
+    tile: tuple[int, int] | None = None,
 ) -> tuple[np.ndarray, ...]:
-    """Results of all pixels from work on tiles, rows and columns, with a margin."""
+    """Results of all pixels from work on tiles, or bands of rows, with a margin."""
+    shape = way.left.grey.shape
+    high, wide = tile or (BAND, shape[1])
     out: tuple[np.ndarray, ...] = ()
-    for row in range(0, shape[0], tile[0]):
-        for column in range(0, shape[1], tile[1]):
-            rows = slice(max(row - margin, 0), row + tile[0] + margin)
-            columns = slice(max(column - margin, 0), column + tile[1] + margin)
+    for row in range(0, shape[0], high):
+        for column in range(0, shape[1], wide):
+            rows = slice(max(row - margin, 0), row + high + margin)
+            columns = slice(max(column - margin, 0), column + wide + margin)
             found = work(rows, columns)
             out = out or tuple(np.empty(shape, a.dtype) for a in found)
             # The corner that is kept
             top, side = row - rows.start, column - columns.start
             for whole, part in zip(out, found, strict=True):
-                part = part[top : top + tile[0], side : side + tile[1]]
-                whole[row : row + tile[0], column : column + tile[1]] = part
-            done(part.size)
+                part = part[top : top + high, side : side + wide]
+                whole[row : row + high, column : column + wide] = part
+            way.done(part.size)
     return out
-
-
-def _in_bands(
-    work: Callable[[slice], tuple[np.ndarray, ...]],
-    shape: tuple[int, ...],
-    margin: int,
-    done: Done,
-) -> tuple[np.ndarray, ...]:
-    """The same in bands of rows."""
-    return _in_tiles(lambda rows, _: work(rows), shape, (BAND, shape[1]), margin, done)
 
 
 # --- From coarse to fine ---
@@ -368,45 +371,38 @@ def _levels(shape: tuple[int, ...], most: int) -> int:
     return max(1, min(most, int(np.log2(max(min(shape), 1) / MIN_SIDE)) + 1))
 
 
-def _coarse_to_fine(
-    left: _Image,
-    right: _Image,
-    levels: int,
-    window: int,
-    reach: int,
-    method: str,
-    done: Done,
-) -> tuple["_Peaks", "_Peaks"]:
+def _coarse_to_fine(way: _Way, levels: int, reach: int) -> tuple["_Peaks", "_Peaks"]:
     """Peaks of the finest level, from left to right and back."""
-    # The search from the right is the same with both images exchanged and mirrored, in
-    # which a disparity keeps its sign.
-    lefts, rights = _pyramid(left, levels), _pyramid(right, levels)
-    there = back = np.zeros(lefts[-1].grey.shape, np.float32)
+    pyramids = (_pyramid(image, levels, way.method) for image in way[:2])
+    ways = [way._replace(left=L, right=R) for L, R in zip(*pyramids, strict=True)]
+    search = {"sgm": _semiglobal, "ncc": _search}[way.method]
+    there = back = np.zeros(ways[-1].left.grey.shape, np.float32)
     for k in reversed(range(levels)):
-        L, R = lefts[k], rights[k]
+        way = ways[k]
         if k < levels - 1:
-            there, back = (_finer(a, L.grey.shape) for a in (there, back))
-        how = window, reach if k == levels - 1 else NEAR[method], done
-        search: Callable[..., _Peaks] = _semiglobal
-        if method == "ncc":
-            search = partial(_search, least=0.5 if k else 1.0)
-        one = search(L, R, there, *how)
-        two = search(R.mirrored(), L.mirrored(), back, *how)
+            there, back = (_finer(a, way.left.grey.shape) for a in (there, back))
+            reach = NEAR[way.method]
+        least = 1.0 if way.method == "ncc" and k == 0 else 0.5
+        one = search(way, there, reach, least)
+        two = search(way.back(), back, reach, least)
         if k:
-            there = _smooth(one, _agreement(one.d, two.d), window)
-            back = _smooth(two, _agreement(two.d, one.d), window)
+            there = _smooth(one, _agreement(one.d, two.d), way.window)
+            back = _smooth(two, _agreement(two.d, one.d), way.window)
     return one, two
 
 
-def _pyramid(image: _Image, levels: int) -> list[_Image]:
+def _pyramid(image: _Image, levels: int, method: str) -> list[_Image]:
     """Levels from fine to coarse; masked pixels do not enter the means."""
     out = [image]
     for _ in range(levels - 1):
-        grey, mask = out[-1]
+        grey, mask, _ = out[-1]
         share = cv2.pyrDown(mask)
         mask = (share > 0.5).astype(np.float32)
         out.append(_Image(cv2.pyrDown(grey) / np.maximum(share, 0.5) * mask, mask))
-    return out
+    if method == "ncc":
+        return out
+    greys = (np.ma.array(one.grey, mask=one.mask == 0) for one in out)
+    return [one._replace(eight=eight_bit(a)) for one, a in zip(out, greys)]
 
 
 def _finer(d: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
@@ -417,8 +413,12 @@ def _finer(d: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
 
 def _agreement(there: np.ndarray, back: np.ndarray) -> np.ndarray:
     """Whether the search, and the one back in the mirror, ends where it began."""
-    mirrored = np.ascontiguousarray(back[:, ::-1])
-    return np.abs(there - _warped(mirrored, _rounded(there))) < MAX_DIFFERENCE
+    return np.abs(there - _returned(back, there)) < MAX_DIFFERENCE
+
+
+def _returned(back: np.ndarray, there: np.ndarray) -> np.ndarray:
+    """Disparities of the way back where the way there ends."""
+    return _warped(_mirrored(back), _rounded(there))
 
 
 def _smooth(peaks: "_Peaks", agree: np.ndarray, window: int) -> np.ndarray:
@@ -446,58 +446,36 @@ TILE, OVERLAP = 512, 64  # px: the costs of all disparities of a tile fit the me
 BLOCK = 3  # px, side of the blocks that are compared, and of sums of residuals
 
 
-def _semiglobal(
-    left: _Image,
-    right: _Image,
-    start: np.ndarray,
-    window: int,
-    reach: int,
-    done: Done,
-) -> "_Peaks":
+def _semiglobal(way: _Way, start: np.ndarray, reach: int, least: float) -> "_Peaks":
     """Disparities that match best and are smooth, within `reach` of those of a tile."""
-    L, R = (
-        eight_bit(np.ma.array(image.grey, mask=image.mask == 0))
-        for image in (left, right)
-    )
-    work = partial(_tile, L, R, start, reach)
-    d, inside = _in_tiles(work, start.shape, (TILE, TILE), OVERLAP, done)
 
-    def correlated(rows: slice) -> tuple[np.ndarray]:
-        return (_correlation(left, right, _rounded(d[rows]), rows, window, 0.5),)
+    def matched(rows: slice, columns: slice) -> tuple[np.ndarray, np.ndarray]:
+        low, high = np.percentile(start[rows, columns], (0.5, 99.5))
+        low = int(np.floor(low)) - reach
+        n = 16 * int(np.ceil((high + reach + 1 - low) / 16))
+        # To the left lies what n disparities need; the edges of the image go on there
+        last = start.shape[1] - 1
+        at = np.arange(columns.start - n, min(columns.stop, last + 1))
+        L = way.left.eight[rows][:, np.clip(at, 0, last)]
+        R = way.right.eight[rows][:, np.clip(at - low, 0, last)]
+        matcher = cv2.StereoSGBM.create(
+            numDisparities=n,
+            blockSize=BLOCK,
+            P1=8 * BLOCK**2,
+            P2=64 * BLOCK**2,
+            disp12MaxDiff=16 * n,  # checked here, in both directions
+            preFilterCap=63,
+            mode=cv2.StereoSGBM_MODE_SGBM_3WAY,  # three directions, in half of the time
+        )
+        d = matcher.compute(L, R)[:, n:].astype(np.float32) / 16
+        return d + low, (d > 0) & (d < n - 1)
 
-    (r,) = _in_bands(correlated, d.shape, window // 2, lambda pixels: None)
+    def correlated(rows: slice, _columns: slice) -> tuple[np.ndarray]:
+        return (_correlation(way, _rounded(d[rows]), rows, least),)
+
+    d, inside = _in_tiles(way, matched, OVERLAP, (TILE, TILE))
+    (r,) = _in_tiles(way, correlated, way.window // 2)
     return _Peaks(d, r, np.zeros_like(d), inside)
-
-
-def _tile(
-    L: np.ndarray,
-    R: np.ndarray,
-    start: np.ndarray,
-    reach: int,
-    rows: slice,
-    columns: slice,
-) -> tuple[np.ndarray, ...]:
-    """Disparities, and whether they are inside the search."""
-    start, first = start[rows, columns], columns.start
-    low, high = np.percentile(start, (0.5, 99.5))
-    low = int(np.floor(low)) - reach
-    n = 16 * int(np.ceil((high + reach + 1 - low) / 16))
-    # To the left lies what n disparities need; the edges of the image go on there
-    at = np.arange(first - n, first + start.shape[1])
-    L, R = (
-        a[rows][:, np.clip(x, 0, a.shape[1] - 1)] for a, x in ((L, at), (R, at - low))
-    )
-    matcher = cv2.StereoSGBM.create(
-        numDisparities=n,
-        blockSize=BLOCK,
-        P1=8 * BLOCK**2,
-        P2=64 * BLOCK**2,
-        disp12MaxDiff=16 * n,  # checked here, in both directions
-        preFilterCap=63,
-        mode=cv2.StereoSGBM_MODE_SGBM_3WAY,  # three directions, in half of the time
-    )
-    d = matcher.compute(L, R)[:, n:].astype(np.float32) / 16
-    return d + low, (d > 0) & (d < n - 1)
 
 
 # --- Local planes of disparity: the shape of the ground under a window ---
@@ -549,24 +527,16 @@ class _Peaks(NamedTuple):
     inside: np.ndarray  # not at an end of the search
 
 
-def _search(
-    left: _Image,
-    right: _Image,
-    start: np.ndarray,
-    window: int,
-    reach: int,
-    done: Done,
-    least: float,
-) -> _Peaks:
+def _search(way: _Way, start: np.ndarray, reach: int, least: float) -> _Peaks:
     """Highest correlation within `reach`; `least` is the share that must be image."""
 
-    def work(rows: slice) -> _Peaks:
+    def work(rows: slice, _columns: slice) -> _Peaks:
         middle = _rounded(start[rows])
         # The highest correlation so far, and those one pixel before and after it
         best, before, after, last = np.full((4, *middle.shape), -1, np.float32)
         at = np.zeros_like(best)
         for offset in range(-reach, reach + 1):
-            r = _correlation(left, right, middle + offset, rows, window, least)
+            r = _correlation(way, middle + offset, rows, least)
             np.copyto(after, r, where=at == offset - 1)
             higher = r > best
             np.copyto(before, last, where=higher)
@@ -579,16 +549,15 @@ def _search(
         bend = np.maximum(2 * best - before - after, 1e-6)
         part = np.where(inside, (after - before) / (2 * bend), 0)
         # sd^2 = sigma^2 / sum g^2, with 1 - r^2 = sigma^2 / var, bend = mean g^2 / var
-        sd = np.sqrt(np.maximum(1 - best**2, 0) / bend) / window
+        sd = np.sqrt(np.maximum(1 - best**2, 0) / bend) / way.window
         return _Peaks(middle + at + np.clip(part, -0.5, 0.5), best, sd, inside)
 
-    return _Peaks(*_in_bands(work, start.shape, window // 2, done))
+    return _Peaks(*_in_tiles(way, work, way.window // 2))
 
 
-def _correlation(
-    left: _Image, right: _Image, d: np.ndarray, rows: slice, window: int, least: float
-) -> np.ndarray:
+def _correlation(way: _Way, d: np.ndarray, rows: slice, least: float) -> np.ndarray:
     """Coefficients of the left windows of some rows and the right image warped by d."""
+    left, right, window = way[:3]
     known = _warped(right.mask, d, rows.start) > WHOLE
     W = _warped(right.grey, d, rows.start)
     w = left.mask[rows] * known
@@ -636,19 +605,13 @@ class _Solution(NamedTuple):
 
 
 def _least_squares(
-    left: _Image,
-    right: _Image,
-    d: np.ndarray,
-    good: np.ndarray,
-    window: int,
-    method: str,
-    done: Done,
-    compare: bool = True,
+    way: _Way, d: np.ndarray, good: np.ndarray, compare: bool = True
 ) -> _Refined:
     """Disparities by least squares: shift, gain and offset of each window."""
     # The right image is warped by the disparities on their local planes, so that a
     # window on a slope has the shape it has in the left image. Good cells make the
     # planes; the others take the disparities of their neighbours.
+    left, right, window, method = way[:4]
     # Gradients reach one pixel to each side, the interpolation four
     solid = cv2.erode(right.mask, np.ones((1, 9)), borderValue=0)
     here = cv2.erode(left.mask, np.ones((1, 3)), borderValue=0)
@@ -657,7 +620,7 @@ def _least_squares(
     n, small = window + 2, max(window - 2, 5)
     large = 2 * int(n / np.sqrt(2)) + 1  # px: twice the area
 
-    def work(rows: slice) -> _Refined:
+    def work(rows: slice, _columns: slice) -> _Refined:
         at = first = start[rows]
         L = left.grey[rows]
         for _ in range(iterations):
@@ -686,7 +649,7 @@ def _least_squares(
         return _combined(refined(found, n), one, two, window)
 
     margin = iterations * (n + 2) + AROUND * max(n, large) // 2 + window + 1
-    return _Refined(*_in_bands(work, d.shape, margin, done))
+    return _Refined(*_in_tiles(way, work, margin))
 
 
 def _combined(
@@ -716,21 +679,21 @@ def _mean_around(a: np.ndarray, good: np.ndarray, window: int) -> np.ndarray:
     return np.maximum(mean, 0) / np.maximum(share, ROUNDING)
 
 
-def _way_back(
-    left: _Image,
-    right: _Image,
-    there: _Peaks,
-    back: _Peaks,
-    window: int,
-    method: str,
-    done: Done,
-) -> np.ndarray:
-    """Disparities by least squares from right to left, for left pixels; or NaN."""
-    agree = _agreement(back.d, there.d)
-    how = window, method, done, False
-    found = _least_squares(right.mirrored(), left.mirrored(), back.d, agree, *how)
+def _both_ways(
+    way: _Way, peaks: _Peaks, back: _Peaks, good: np.ndarray, there: _Refined
+) -> _Refined:
+    """Means of disparities by least squares from left to right and back."""
+    # Both ways share the noise, not what interpolation and the shapes of windows do: a
+    # quarter of the squared difference
+    agree = _agreement(back.d, peaks.d)
+    found = _least_squares(way.back(), back.d, agree, compare=False)
     d = np.where(agree & found.converged & found.whole, found.d, np.float32(np.nan))
-    return _warped(np.ascontiguousarray(d[:, ::-1]), _rounded(there.d))
+    both = there.d - _returned(d, peaks.d)
+    near = good & there.converged & there.whole & (there.sd > 0)
+    near &= np.abs(both) < MAX_DIFFERENCE
+    relative = (both / np.where(near, there.sd, 1)) ** 2
+    sd = there.sd * np.sqrt(1 + _mean_around(relative, near, way.window) / 4)
+    return there._replace(d=np.where(near, there.d - both / 2, there.d), sd=sd)
 
 
 def _normal_equations(L: np.ndarray, W: np.ndarray, window: int) -> _Solution:

@@ -36,12 +36,7 @@ class Points:
     crs: str | None = field(default=None, repr=False)
 
 
-def intersect(
-    pair: NormalPair,
-    match: DenseMatch,
-    *,
-    step: int = 1,
-) -> Points:
+def intersect(pair: NormalPair, match: DenseMatch, *, step: int = 1) -> Points:
     """Object points of all matched cells, or of every `step`-th row and column.
 
     In the normal case both rays of a cell lie in one plane and meet, so the point

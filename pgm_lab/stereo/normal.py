@@ -5,7 +5,6 @@ the same direction, perpendicular to the base, with x along it: the normal case.
 epipolar plane then cuts both images in the same row.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -201,10 +200,13 @@ def epipolar_pair(
         _validate.instance(photo, Photo, name)
     along, limits = _limits(heights, depths)
     photos = left, right
-    with slips.named(photos, along, limits):
+    try:
         _refuse_geometry(left, right)
         # What both show
         ground = _common_ground(photos, along, limits)
+    except ValueError as error:
+        slip = slips.likely(photos, along, limits)
+        raise ValueError(f"{error}. {slip}".rstrip(". ")) from None
     stations = np.array([photo.exterior[:3] for photo in photos])
     R, c = normal_frame(left, right), left.camera.c
 
@@ -234,12 +236,13 @@ def epipolar_pair(
     _validate.size("the normal pair", *size)
     origin = np.array([(x_min, y_max), (x_min - shift, y_max)])
 
-    def image(k: int) -> np.ndarray:
-        def rays(columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
-            x, y = origin[k, 0] + pixel * columns, origin[k, 1] - pixel * rows
-            return to_rays(np.stack(np.meshgrid(x, y), -1), R, c)
+    # Two more than needed at the end, between which the last pixels lie
+    steps = [STEP * np.arange((n - 1) // STEP + 2.0) for n in size]
 
-        return _resampled(photos[k], rays, size, ratios[k])
+    def image(k: int) -> np.ndarray:
+        xy = origin[k] + np.stack(np.meshgrid(*steps), -1) * (pixel, -pixel)
+        positions = photos[k].seen_at(to_rays(xy, R, c))
+        return _resampled(photos[k].grey, positions, size, ratios[k])
 
     given = photos, (along, limits), float(np.ptp(parallax) / 2 / pixel)
     return NormalPair(image(0), image(1), R, stations, c, pixel, origin, *given)
@@ -366,21 +369,14 @@ def _scale(
 
 
 def _resampled(
-    photo: Photo,
-    rays: Callable[[np.ndarray, np.ndarray], np.ndarray],
-    size: tuple[int, int],
-    ratio: float,
+    grey: np.ndarray, positions: np.ndarray, size: tuple[int, int], ratio: float
 ) -> np.ndarray:
     """Image (rows, columns) of float32; NaN where the photo shows nothing."""
-    # `rays` gives the directions in object space of a mesh of columns and rows; `ratio`
-    # is how many pixels of the photo go into one of the image. (`image.resample`, in
-    # float64 and with exact positions of all pixels, would take seven times the
-    # memory.)
+    # `positions` are those of every STEP-th pixel in the photo, of which `ratio` pixels
+    # go into one of the image. (`image.resample`, in float64 and with exact positions
+    # of all pixels, would take seven times the memory.)
     columns, rows = size
-    # Two more than needed at the end, between which the last pixels lie
-    x, y = (STEP * np.arange((n - 1) // STEP + 2.0) for n in size)
-    positions = photo.seen_at(rays(x, y))
-    spline, missing = _spline(photo.grey, ratio)
+    spline, missing = _spline(grey, ratio)
     last = np.array(spline.shape[::-1]) - 1
     image = np.empty((rows, columns), np.float32)
     for first in range(0, rows, BAND):
@@ -390,15 +386,15 @@ def _resampled(
         # Rounding must not push the outermost pixel out
         out = ~((at >= -1e-6) & (at <= last + 1e-6)).all(-1)
         at[out] = 0
-        grey = scipy.ndimage.map_coordinates(
+        values = scipy.ndimage.map_coordinates(
             spline, [at[..., 1], at[..., 0]], output=np.float32, order=3,
             mode="mirror", prefilter=False,
         )  # fmt: skip
         if missing is not None:
             x, y = np.moveaxis(at.astype(np.float32), -1, 0)
             out |= cv2.remap(missing, x, y, cv2.INTER_LINEAR) > 0
-        grey[out] = np.nan
-        image[band] = grey
+        values[out] = np.nan
+        image[band] = values
     return image
 
 

@@ -231,41 +231,38 @@ def y_parallax(
         )
     except ValueError:  # too few features fit together, or there is no texture at all
         one = np.zeros((0, 2)) if points is None else points
+        other = np.full(one.shape, np.nan)
         status = np.full(len(one), "nothing fits", "<U40")
-        return _undecided(pair, one, np.full(one.shape, np.nan), status)
-    one, other, good = found.chosen, found.points, found.accepted
-    status = np.where(good, "used", found.status).astype("<U40")
+    else:
+        one, other = found.chosen, found.points
+        status = np.where(found.accepted, "used", found.status).astype("<U40")
+    good = status == "used"
     values = np.where(good, other[:, 1] - one[:, 1], np.nan)
-    if good.sum() < MIN_POINTS:
-        return _undecided(pair, one, other, status, values)
-
-    # Matches far from the trend are wrong
-    trend, off = _trend(one, values, pair.left.shape)
-    wrong = np.abs(off) > MAX_NMADS * max(
-        float(nmad(off[good])), LOSS_SCALE / MAX_NMADS
-    )
-    status[wrong] = "off the trend"
-    values = np.where(wrong, np.nan, values)
-    used = status == "used"
-
+    trend, together, verdict = np.full(3, np.nan), np.nan, "too few points"
     elements: tuple[Element, ...] = ()
-    together = np.nan
+    pixels: slips.Pixels | None = None
+    if good.sum() >= MIN_POINTS:
+        # Matches far from the trend are wrong
+        trend, off = _trend(one, values, pair.left.shape)
+        limit = max(MAX_NMADS * float(nmad(off[good])), LOSS_SCALE)
+        status[np.abs(off) > limit] = "off the trend"
+        used = status == "used"
+        values = np.where(used, values, np.nan)
+        if pair.photos is not None:
+            pixels = pair.to_photo(0, one[used]), pair.to_photo(1, other[used])
+            elements, together = explanations(pair.photos, *pixels, pair.pixel_size)
+        # Noise alone makes a trend of this size
+        chance = 3 * nmad(off[used]) * np.sqrt(3 / used.sum())
+        verdict = "wrong orientation"
+        if _rms(values[used]) < MAX_RMSE:
+            verdict = "well oriented"
+        elif _rms((values - off)[used]) < max(MAX_RMSE, chance):
+            verdict = "no trend"
     slip = ""
-    if pair.photos is not None:
-        left, right = (pair.to_photo(k, p[used]) for k, p in enumerate((one, other)))
-        elements, together = explanations(pair.photos, left, right, pair.pixel_size)
-        if pair.within is not None:
-            slip = slips.likely(pair.photos, *pair.within, (left, right))
-
-    # Noise alone makes a trend of this size
-    chance = 3 * nmad(off[used]) * np.sqrt(3 / used.sum())
-    verdict = "wrong orientation"
+    if pair.photos and pair.within:
+        slip = slips.likely(pair.photos, *pair.within, pixels)
     if slips.EXCHANGED in slip:
         verdict = "photos exchanged"
-    elif _rms(values[used]) < MAX_RMSE:
-        verdict = "well oriented"
-    elif _rms((values - off)[used]) < max(MAX_RMSE, chance):
-        verdict = "no trend"
     return YParallax(
         one, other, values, status, trend, elements, together, verdict, slip
     )
@@ -293,33 +290,7 @@ def _trend(
     return trend, values - A @ trend
 
 
-def _undecided(
-    pair: NormalPair,
-    points: np.ndarray,
-    matched: np.ndarray,
-    status: np.ndarray,
-    values: np.ndarray | None = None,
-) -> YParallax:
-    """The verdict without enough matches: perhaps the photos are exchanged."""
-    values = np.full(len(points), np.nan) if values is None else values
-    trend, slip, verdict = np.full(3, np.nan), "", "too few points"
-    if pair.photos and pair.within:
-        slip = slips.likely(pair.photos, *pair.within)
-    if slips.EXCHANGED in slip:
-        verdict = "photos exchanged"
-    return YParallax(points, matched, values, status, trend, (), np.nan, verdict, slip)
-
-
 # --- Which element of orientation explains it ---
-
-
-def _parallaxes(
-    photos: tuple[Photo, Photo], one: np.ndarray, other: np.ndarray
-) -> np.ndarray:
-    """X and y parallax (n, 2) in mm, in the normal case; NaN for rays to the sky."""
-    R, c = normal_frame(*photos), photos[0].camera.c
-    a, b = (to_normal(p.rays(at), R, c) for p, at in zip(photos, (one, other)))
-    return a - b
 
 
 def explanations(
@@ -332,21 +303,20 @@ def explanations(
     axes = normal_frame(left, right)[1:]
     units = UNIT * np.array([base, base, 1, 1, 1])
 
-    def remaining(corrections: np.ndarray) -> np.ndarray:
-        exterior = np.array(right.exterior)
-        exterior[:3] += corrections[:2] @ axes
-        exterior[3:] += corrections[2:]
-        corrected = left, replace(right, exterior=exterior)
-        return _parallaxes(corrected, one, other)[:, 1] / pixel_size
-
     def best(which: list[int], ftol: float = 1e-8) -> tuple[np.ndarray, float]:
-        def residuals(x: np.ndarray) -> np.ndarray:
-            corrections = np.zeros(5)
+        def remaining(x: np.ndarray) -> np.ndarray:
+            corrections, exterior = np.zeros(5), np.array(right.exterior)
             corrections[which] = x * units[which]
-            return remaining(corrections)
+            exterior[:3] += corrections[:2] @ axes
+            exterior[3:] += corrections[2:]
+            corrected = replace(right, exterior=exterior)
+            R, c = normal_frame(left, corrected), left.camera.c
+            a, b = left.rays(one), corrected.rays(other)
+            # NaN for rays to the sky
+            return (to_normal(a, R, c) - to_normal(b, R, c))[:, 1] / pixel_size
 
         found = scipy.optimize.least_squares(
-            residuals,
+            remaining,
             np.zeros(len(which)),
             ftol=ftol,
             loss="soft_l1",

@@ -4,7 +4,6 @@ Points that both images show are matched without any orientation. A slip is like
 with what was given their rays do not meet on the ground, and without the slip they do.
 """
 
-import contextlib
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -30,16 +29,6 @@ TIMES = np.geomspace(1.5, 30, 60)  # how much a photo may have been reduced
 
 Photos = tuple[Photo, Photo]
 Pixels = tuple[np.ndarray, np.ndarray]
-
-
-@contextlib.contextmanager
-def named(photos: Photos, along: str, limits: np.ndarray) -> Iterator[None]:
-    """Let an error about photos that do not fit name the likely slip."""
-    try:
-        yield
-    except ValueError as error:
-        found = likely(photos, along, limits)
-        raise ValueError(f"{error}. {found}" if found else str(error)) from None
 
 
 def common_points(photos: Photos) -> Pixels | None:

@@ -213,7 +213,7 @@ def test_a_small_patch_that_differs_is_isolated():
     good[:, 45] = False
     d[5:14, 5:15] += 3  # 90 cells
     d[20:30, 20:30] += 3  # 100 cells
-    alone = dense._isolated(d, good, 98)
+    alone = dense._isolated(d, good, 98, dense.MAX_JUMP)
     assert alone[5:14, 5:15].all()
     assert alone.sum() == 90
 
