@@ -18,7 +18,7 @@ from pgm_lab.orientation.rays import nearest_factors
 MIN_POINTS = 6  # matched points from which they prove anything
 MOST = 0.8  # of the points; the others may be wrong matches
 ROUGH = 0.005  # radians: a direct orientation by GNSS and IMU is no worse
-CLOSE = 0.001  # radians: rays that miss each other by less prove no slip
+CLOSE = 0.001  # radians: nor does so little prove anything if the depth is off too
 CONVERGENCE = 0.05  # radians: at most between the grid of a map and true north
 BETTER = 10  # times closer the rays have to pass each other without the slip
 FAR = 2.0  # times the depth: limits that are no slip are not so far off, feet farther
@@ -83,7 +83,7 @@ def likely(
         return "Is it the same photo twice? All points lie at the same pixels of both"
     given, ratio = _misfit(photos, pixels, along, limits)
     right_depth = 1 / FAR <= ratio <= FAR
-    if given <= CLOSE and right_depth:
+    if right_depth and given <= (ROUGH if abs(ratio - 1) <= NEAR else CLOSE):
         return ""
     fitting = []
     for words, cured, at, within, most in _without_slip(photos, pixels, along, limits):

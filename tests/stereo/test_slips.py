@@ -54,8 +54,6 @@ def degrees_of_the_earth(exterior):
 SLIPS = {
     "in degrees": lambda e: np.r_[e[:3], np.degrees(e[3:])],
     "in gon": lambda e: np.r_[e[:3], np.degrees(e[3:]) / 0.9],
-    "in gon, converted": lambda e: np.r_[e[:3], e[3:] / 0.9],
-    "in degrees, converted": lambda e: np.r_[e[:3], e[3:] * 0.9],
     "in radians, converted": lambda e: np.r_[e[:3], np.radians(e[3:])],
     "X and Y exchanged": lambda e: e[[1, 0, 2, 3, 4, 5]],
     "longitude and latitude": degrees_of_the_earth,
@@ -68,6 +66,16 @@ SLIPS = {
 @pytest.mark.parametrize("words", SLIPS)
 def test_a_wrong_unit_of_the_orientation_is_named(photos, matched, words):
     assert re.search(words, told(oriented(photos, SLIPS[words]), HEIGHTS))
+
+
+@pytest.mark.parametrize("unit, times", [("gon", 10 / 9), ("degrees", 9 / 10)])
+def test_angles_converted_from_a_wrong_unit_are_named(photos, unit, times):
+    turned = oriented(photos, lambda e: e + [0, 0, 0, 0, 0, 2])
+    X = np.random.default_rng(3).uniform((-150, -99, -60), (150, 99, 60), (40, 3))
+    wrong = oriented(turned, lambda e: e * np.r_[1, 1, 1, np.full(3, times)])
+    at = tuple(one.project(X) for one in turned)
+    found = slips.likely(wrong, "heights", np.array(HEIGHTS), at)
+    assert f"Are the angles in {unit}, converted" in found
 
 
 @pytest.mark.parametrize("axis, how", [(0, "left to right"), (1, "upside down")])
