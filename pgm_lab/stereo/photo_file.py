@@ -134,7 +134,7 @@ class PhotoFile:
             angles = ", ".join(f"{angle:g}" for angle in exterior[3:])
             raise ValueError(
                 f"photo, {printable(self.path)}: omega, phi, kappa = {angles} are more"
-                " than a turn: radians are expected, not degrees"
+                " than a turn: radians are expected, not degrees or gon"
             )
         camera = _validate.instance(self.camera, Camera, "camera")
         size = _validate.number(self.pixel_size, "pixel_size")
@@ -233,7 +233,8 @@ def neighbours(
         if len(near):
             best = np.argmin(np.abs(shares - shares.clip(least, most)))
             i, j = near[best]
-            words = f"photos {i} and {j} share {100 * shares[best]:.0f} %"
+            other = "smaller least" if shares[best] < least else "greater most"
+            words = f"photos {i} and {j} share {100 * shares[best]:.0f} % (a {other})"
         warnings.warn(
             f"no two photos share {100 * least:g} to {100 * most:g} % of the ground at"
             f" {ground:g} m: {words}. {_slip(given, ground)}".rstrip(),
@@ -252,8 +253,8 @@ def _footprint(photo: Photo | PhotoFile, ground: float, k: int) -> np.ndarray:
     station = np.asarray(photo.exterior, float)[:3]
     if station[2] <= ground or np.any(rays[:, 2] >= 0):
         raise ValueError(
-            f"photos[{k}] does not look down on the ground at {ground:g} m; is its"
-            " orientation right?"
+            f"photos[{k}], at {station[2]:g} m, does not look down on the ground at"
+            f" {ground:g} m; is its orientation right?"
         )
     scale = (ground - station[2]) / rays[:, 2]
     return station[:2] + scale[:, None] * rays[:, :2]

@@ -17,6 +17,7 @@ from pgm_lab.orientation.rays import nearest_factors
 MIN_POINTS = 6  # matched points from which they prove anything
 MOST = 0.8  # of the points; the others may be wrong matches
 ROUGH = 0.005  # radians: a direct orientation by GNSS and IMU is no worse
+CLOSE = 0.001  # radians: nor does so little prove anything if the depth is off too
 CONVERGENCE = 0.05  # radians: at most between the grid of a map and true north
 BETTER = 10  # times closer the rays have to pass each other without the slip
 FAR = 2.0  # times the depth: limits that are no slip are not so far off, feet farther
@@ -25,7 +26,16 @@ NEAR = 0.1  # of the depth, outside its limits: no more is left without the slip
 FOOT = 0.3048  # m
 EARTH = 6.371e6  # m, radius
 EXCHANGED = "Are the photos exchanged?"  # how the sentence about them begins
-TIMES = np.geomspace(1.5, 30, 60)  # how much a photo may have been reduced
+SAME = 0.05  # px: no two photos show all points nearer to the same pixels
+TIMES = np.geomspace(0.1, 30, 200)  # pixel size by focal length: right by given
+TIMES = TIMES[(TIMES < 0.6) | (TIMES > 1.5)]  # nearer, wrong limits look alike
+ANGLES = {  # what they may be: times what they are right
+    "in degrees": ("pi / 180", np.pi / 180),
+    "in gon": ("pi / 200", np.pi / 200),
+    "in gon, converted as if in degrees": ("9 / 10", 9 / 10),
+    "in degrees, converted as if in gon": ("10 / 9", 10 / 9),
+    "in radians, converted as if in degrees": ("180 / pi", 180 / np.pi),
+}
 
 Photos = tuple[Photo, Photo]
 Pixels = tuple[np.ndarray, np.ndarray]
@@ -51,17 +61,25 @@ def likely(
     `pixels` are `common_points`, if they are known.
     """
     if pixels is None and (pixels := common_points(photos)) is None:
-        return ""
+        left, right = photos
+        if common_points((replace(left, grey=np.fliplr(left.grey)), right)) is None:
+            return ""
+        return (
+            "Is one photo mirrored, as film scanned from its other side? The mirror"
+            " image of the left one fits the right one: mirror back the wrong one"
+        )
+    if np.median(np.abs(pixels[0] - pixels[1])) < SAME:
+        return "Is it the same photo twice? All points lie at the same pixels of both"
     given, ratio = _misfit(photos, pixels, along, limits)
     right_depth = 1 / FAR <= ratio <= FAR
-    if given <= ROUGH and right_depth:
+    if right_depth and given <= (ROUGH if abs(ratio - 1) <= NEAR else CLOSE):
         return ""
     fitting = []
     for words, cured, at, within, most in _without_slip(photos, pixels, along, limits):
         misfit, depth = _misfit(cured, at, along, within)
         # What makes a wrong depth right explains it, but some reduction always could
         scale = cured[0].pixel_size / photos[0].pixel_size
-        reduced = TIMES[0] <= scale <= TIMES[-1]
+        reduced = scale != 1 and TIMES[0] <= scale <= TIMES[-1]
         proved = misfit * BETTER < given or not (right_depth or reduced)
         if proved and misfit <= most and abs(depth - 1) <= NEAR:
             fitting.append((misfit, words))
@@ -121,12 +139,12 @@ def _without_slip(
         return one, other
 
     # Angles
-    for unit, half in (("degrees", 180), ("gon", 200)):
+    for unit, (factor, times) in ANGLES.items():
         words = (
-            f"Are the angles in {unit}? Taken so they fit what the images show; give"
-            f" omega, phi and kappa in radians, times pi / {half}"
+            f"Are the angles {unit}? Times {factor} they fit what the images show; give"
+            " omega, phi and kappa in radians"
         )
-        cured = changed(np.r_[np.ones(3), np.full(3, np.pi / half)])
+        cured = changed(np.r_[np.ones(3), np.full(3, times)])
         yield words, cured, pixels, limits, ROUGH
     # Files
     for turn in (180, 90, -90):
@@ -155,6 +173,12 @@ def _without_slip(
     )
     one, other = (replace(a, exterior=b.exterior) for a, b in (photos, photos[::-1]))
     yield words, (one, other), pixels, limits, ROUGH
+    words = (
+        "Are X and Y exchanged? The other way round they fit what the images show; give"
+        " X to the east and Y to the north"
+    )
+    one, other = (replace(p, exterior=p.exterior[[1, 0, 2, 3, 4, 5]]) for p in photos)
+    yield words, (one, other), pixels, limits, ROUGH
     X, Y, _ = np.transpose([photo.exterior[:3] for photo in photos])
     for east, north, order in ((X, Y, [0, 1]), (Y, X, [1, 0])):
         if np.abs(east).max() > 180 or np.abs(north).max() > 90:
@@ -180,16 +204,32 @@ def _without_slip(
             " show"
         )
         yield words, cured, pixels, within, ROUGH
-    # Pixels
-    for unit, times in (("micrometres", 1e-3), ("metres", 1e3)):
+    # Cameras
+    words = (
+        "Is the principal point in pixels, or counted from a corner? In the middle of"
+        " the photo it fits what the images show; give it in mm from there"
+    )
+    one, other = (replace(p, camera=replace(p.camera, x0=0, y0=0)) for p in photos)
+    yield words, (one, other), pixels, limits, ROUGH
+    words = "Is the focal length in pixels? Times the pixel size it fits; give it in mm"
+    one, other = (
+        replace(p, camera=replace(p.camera, c=p.camera.c * p.pixel_size))
+        for p in photos
+    )
+    yield words, (one, other), pixels, limits, ROUGH
+    for unit, focal, times in (
+        ("micrometres", "metres", 1e-3),
+        ("metres", "micrometres", 1e3),
+    ):
         words = (
-            f"Is the pixel size in {unit}? In mm, times {times:g}, it fits what the"
-            " images show"
+            f"Is the pixel size in {unit}, or the focal length in {focal}? With both in"
+            " mm they fit what the images show"
         )
         yield words, scaled(times), pixels, limits, ROUGH
     for times in TIMES:
         words = (
-            "Is the pixel size that of the photos before they were reduced? About"
-            f" {times:.2g} times as large it fits what the images show"
+            "Is the pixel size that of the photos before they were reduced, or the"
+            f" focal length that of another camera? About {times:.2g} times as large a"
+            " pixel, or as short a focal length, fits what the images show"
         )
         yield words, scaled(times), pixels, limits, ROUGH

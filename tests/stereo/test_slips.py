@@ -54,6 +54,8 @@ def degrees_of_the_earth(exterior):
 SLIPS = {
     "in degrees": lambda e: np.r_[e[:3], np.degrees(e[3:])],
     "in gon": lambda e: np.r_[e[:3], np.degrees(e[3:]) / 0.9],
+    "in radians, converted": lambda e: np.r_[e[:3], np.radians(e[3:])],
+    "X and Y exchanged": lambda e: e[[1, 0, 2, 3, 4, 5]],
     "longitude and latitude": degrees_of_the_earth,
     FEET: lambda e: e / [1, 1, FOOT, 1, 1, 1],
     "each photo turned.* 180 degrees": lambda e: e + [0, 0, 0, 0, 0, np.pi],
@@ -64,6 +66,16 @@ SLIPS = {
 @pytest.mark.parametrize("words", SLIPS)
 def test_a_wrong_unit_of_the_orientation_is_named(photos, matched, words):
     assert re.search(words, told(oriented(photos, SLIPS[words]), HEIGHTS))
+
+
+@pytest.mark.parametrize("unit, times", [("gon", 10 / 9), ("degrees", 9 / 10)])
+def test_angles_converted_from_a_wrong_unit_are_named(photos, unit, times):
+    turned = oriented(photos, lambda e: e + [0, 0, 0, 0, 0, 2])
+    X = np.random.default_rng(3).uniform((-150, -99, -60), (150, 99, 60), (40, 3))
+    wrong = oriented(turned, lambda e: e * np.r_[1, 1, 1, np.full(3, times)])
+    at = tuple(one.project(X) for one in turned)
+    found = slips.likely(wrong, "heights", np.array(HEIGHTS), at)
+    assert f"Are the angles in {unit}, converted" in found
 
 
 @pytest.mark.parametrize("axis, how", [(0, "left to right"), (1, "upside down")])
@@ -78,7 +90,33 @@ def test_mirrored_photos_are_named(photos, pixels, axis, how, monkeypatch):
 @pytest.mark.parametrize("unit, times", [("micrometres", 1e3), ("metres", 1e-3)])
 def test_a_pixel_size_in_another_unit_is_named(photos, matched, unit, times):
     wrong = [replace(one, pixel_size=one.pixel_size * times) for one in photos]
-    assert f"pixel size in {unit}?" in told(wrong, HEIGHTS)
+    assert f"pixel size in {unit}, or" in told(wrong, HEIGHTS)
+
+
+@pytest.mark.parametrize(
+    "words, of",
+    [
+        ("focal length in pixels", lambda c, pixel: {"c": c.c / pixel}),
+        ("1.9 times as large a pixel, or as short a", lambda c, _: {"c": 2 * c.c}),
+        ("0.56 times as large a pixel, or as", lambda c, _: {"c": 0.57 * c.c}),
+        ("principal point in pixels", lambda c, _: {"x0": 2144.0, "y0": 1424.0}),
+    ],
+)
+def test_an_interior_orientation_in_pixels_or_of_another_camera_is_named(
+    photos, matched, words, of
+):
+    wrong = [
+        replace(p, camera=replace(p.camera, **of(p.camera, p.pixel_size)))
+        for p in photos
+    ]
+    assert words in told(wrong, HEIGHTS)
+
+
+def test_one_mirrored_photo_and_the_same_photo_twice_are_named(photos):
+    left, right = photos
+    mirrored = replace(left, grey=np.fliplr(left.grey))
+    assert "Is one photo mirrored" in told((mirrored, right), HEIGHTS)
+    assert "same photo twice" in told((left, replace(right, grey=left.grey)), HEIGHTS)
 
 
 def test_one_turned_photo_is_named_and_what_level_photos_leave_open(photos):
@@ -167,7 +205,7 @@ def test_a_file_with_more_than_a_turn_is_refused(photos, tmp_path):
 
 
 def test_neighbours_say_when_there_are_none(photos, matched):
-    with pytest.warns(UserWarning, match=r"photos 0 and 1 share 6\d %\.$"):
+    with pytest.warns(UserWarning, match=r"share 6\d % \(a smaller least\)\.$"):
         assert stereo.neighbours(photos, ground=0, least=0.8).shape == (0, 2)
     far = oriented(photos, lambda e: e * [9, 1, 1, 1, 1, 1])
     with pytest.warns(UserWarning, match=r"none share any\.$"):
