@@ -11,7 +11,7 @@ from pgm_lab import _validate, matching, registration
 from pgm_lab._robust import SD_OF_MAD, nmad
 from pgm_lab._rounding import fixed, plain, rounded, scientific
 from pgm_lab.registration import Model, Raster, Registration, fit
-from pgm_lab.registration.start import Start
+from pgm_lab.registration.start import Start, cause
 from pgm_lab.report import _page, _points
 from pgm_lab.report._page import Table, as_html, as_text
 
@@ -369,6 +369,13 @@ class Case(_points.Points):
             found += [one.residuals for one in models if one is not None]
         spreads = [SD_OF_MAD * np.median(np.abs(v[good]), axis=0).max() for v in found]
         return bool(min(spreads) < self.chance / 2)
+
+    @cached_property
+    def cause(self) -> str:
+        """How the sensed image is turned or inverted, where few points were found."""
+        if self.agrees and self.found.accepted.mean() >= _points.HALF:
+            return ""
+        return cause(self.reference.values, self.sensed.values)
 
     @property
     def left(self) -> float:

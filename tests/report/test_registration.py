@@ -363,6 +363,17 @@ def test_numbers_of_warnings_are_those_of_the_result():
     assert float(stated) == pytest.approx(5, rel=0.25)
 
 
+def test_an_image_that_is_mirrored_is_told_where_few_points_are_found():
+    reference, sensed = images.pair()
+    title = "An image turned, scaled, mirrored or inverted"
+    for lost, told in ((0, False), (25, True)):
+        found = statuses(below_threshold=lost)
+        pair = reference, sensed[:, ::-1]
+        words = dict(module._case(found, *pair, None, None, None, LSM, "").findings)
+        assert (title in words) is told
+    assert "the sensed image is mirrored, left to right. Take in" in words[title]
+
+
 def bent(by):
     """Shifts of one wave over the image."""
     found = result(100)
