@@ -26,7 +26,7 @@ from pgm_lab.io.files import printable
 from pgm_lab.registration import Model, Raster, Registration
 from pgm_lab.registration.chips import HALF
 from pgm_lab.registration.model import NAMES
-from pgm_lab.registration.start import Start, chance
+from pgm_lab.registration.start import Start, cause, chance
 from pgm_lab.report import registration as report
 
 DESCRIPTION = (
@@ -235,11 +235,11 @@ def _register(
                 f"none of {len(points)} points was accepted, nor do reduced images"
                 " agree on any shift up to a quarter of their shorter side."
             )
-        raise ValueError(
-            f"{reason} {report.unmarked(reference, sensed)}Do both images show the same"
-            " place, in the same band, neither rotated nor scaled? Are they farther"
-            " apart? --offset COLUMN ROW says where to begin"
+        why = cause(grey, other) or (
+            "Do both images show the same place, in the same band, neither rotated nor"
+            " scaled? Are they farther apart? --offset COLUMN ROW says where to begin"
         )
+        raise ValueError(f"{reason} {report.unmarked(reference, sensed)}{why}")
     return found, start
 
 

@@ -72,7 +72,7 @@ class Accuracy:
         '10.39 m'
         """
         size = _validate.pair(pixel_size, "pixel_size", "m")
-        return _summary(self.shifts * size)
+        return accuracy(*(self.shifts * size).T)
 
 
 def accuracy(dx: ArrayLike, dy: ArrayLike) -> Accuracy:
@@ -109,11 +109,7 @@ def accuracy(dx: ArrayLike, dy: ArrayLike) -> Accuracy:
             "dx and dy must be two lists of the same length, with at least one shift;"
             f" got shapes {dx.shape} and {dy.shape}"
         )
-    return _summary(np.stack([dx, dy], axis=1))
-
-
-def _summary(shifts: np.ndarray) -> Accuracy:
-    """Sums of shifts (n, 2)."""
+    shifts = np.stack([dx, dy], axis=1)
     n = len(shifts)
     rmse = np.sqrt(np.mean(shifts**2, axis=0))  # (Br 2), (Br 3)
     rmse_t = float(np.hypot(*rmse))  # (Br 4)

@@ -261,13 +261,9 @@ def register(
     factor = 1.0
     if refine == "lsm":
         k = np.flatnonzero(found.accepted)
+        least = max(threshold, 0.0)
         match = partial(
-            lsm.match,
-            reference,
-            sensed,
-            template=chip,
-            threshold=max(threshold, 0.0),
-            smooth=smooth,
+            lsm.match, reference, sensed, template=chip, threshold=least, smooth=smooth
         )
         fine = match(points[k], place[k])
         step = np.abs(fine.points - place[k]).max(axis=1)  # NaN unless accepted

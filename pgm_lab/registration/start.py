@@ -1,5 +1,6 @@
 """Where to begin: the shifts of large chips in reduced images, from coarse to fine."""
 
+import itertools
 from dataclasses import dataclass
 
 import cv2
@@ -9,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, matching, ncc
 from pgm_lab._robust import nmad
+from pgm_lab.image.grey import eight_bit
 from pgm_lab.io.geotiff import without_data
 from pgm_lab.registration.field import LIMIT, Field, fit
 
@@ -19,6 +21,10 @@ RADIUS = 4  # px around what the level before predicts
 TOLERANCE = 3.0  # px in the smallest images, from one affine transformation for all
 DRAWS = 5000  # of three points that determine it
 CHANCE = 1e-4  # of so much agreement among positions at random, at most
+SMALL = 1000  # pixels along the longer side of images in which features are found
+FEATURES = 3000  # of an image
+TURNED, SCALED = 3.0, 0.05  # degrees and share: less is no cause
+CONFIRMED = 12  # features that agree: by chance six do
 DOUBTFUL = 0.01  # share of chips at a wrong place whose r is higher than `chance`
 
 
@@ -198,3 +204,70 @@ def chance(
     r = ncc.match(reference, sensed, points, elsewhere, chip, search, -1.0, 1.0).r
     known = r[np.isfinite(r)]
     return float(np.quantile(known, 1 - DOUBTFUL)) if len(known) else np.nan
+
+
+def cause(reference: np.ndarray, sensed: np.ndarray) -> str:
+    """Say how the sensed image is turned, scaled, mirrored or inverted, and the cure.
+
+    From features of both, reduced, the sensed one also mirrored and inverted; nothing
+    if hardly any agree, or the images lie alike.
+    """
+    scale = -(-max(*reference.shape, *sensed.shape) // SMALL)
+    one, other = (_reduced(image, scale) for image in (reference, sensed))
+    known, found = _features(one), []
+    for mirrored, inverted in itertools.product((False, True), repeat=2):
+        seen = _features(other[:, ::-1] if mirrored else other, inverted)
+        found.append((*_similarity(known, seen), mirrored, inverted))
+    number, M, mirrored, inverted = max(found, key=lambda way: way[0])
+    turn, times = np.degrees(np.arctan2(M[1, 0], M[0, 0])), np.hypot(*M[:, 0])
+    # From pixel to pixel of the images themselves
+    M[:, 2] = scale * M[:, 2] + (scale - 1) / 2 * (1 - M[:, :2].sum(axis=1))
+    if mirrored:
+        M[0] = (0, 0, sensed.shape[1] - 1) - M[0]
+    way = "clockwise" if turn > 0 else "counter-clockwise"
+    moved = {
+        f"turned by {abs(turn):.0f} degrees {way}": abs(turn) >= TURNED,
+        f"{times:.2f} times as large": abs(times - 1) >= SCALED,
+        "mirrored, left to right": mirrored,
+    }
+    ways = moved | {"inverted, dark where the other is bright": inverted}
+    words = " and ".join(word for word, true in ways.items() if true)
+    if number < CONFIRMED or not words:
+        return ""
+    cure = "sensed.max() - sensed" if inverted else "sensed"
+    if any(moved.values()):
+        cure = (
+            f"cv2.warpAffine({cure}, np.array({M.round(5).tolist()}),"
+            f" {reference.shape[::-1]}, flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP)"
+        )
+    return (
+        f"Compared with the reference, the sensed image is {words}. Take in its place,"
+        f" in Python, {cure}."
+    )
+
+
+def _features(
+    image: np.ma.MaskedArray, inverted: bool = False
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Features (m, 2) of an image, or of its negative, and descriptors (m, 128)."""
+    grey = np.ascontiguousarray(eight_bit(image) ^ (255 * inverted))
+    shown = np.ascontiguousarray(~np.ma.getmaskarray(image), np.uint8)
+    # Without a threshold: bright clouds would leave the ground no features
+    sift = cv2.SIFT.create(FEATURES, contrastThreshold=0, enable_precise_upscale=True)
+    points, descriptors = sift.detectAndCompute(grey, shown)
+    return np.array([one.pt for one in points]), descriptors
+
+
+def _similarity(known: tuple, seen: tuple) -> tuple[int, np.ndarray]:
+    """How many features of two images agree in one similarity, and this (2, 3)."""
+    none = 0, np.eye(2, 3)
+    if min(len(known[0]), len(seen[0])) < CONFIRMED:
+        return none
+    pairs = cv2.BFMatcher(crossCheck=True).match(known[1], seen[1])
+    if len(pairs) < CONFIRMED:
+        return none
+    i, j = np.array([(pair.queryIdx, pair.trainIdx) for pair in pairs]).T
+    M, fits = cv2.estimateAffinePartial2D(
+        known[0][i], seen[0][j], ransacReprojThreshold=TOLERANCE, maxIters=DRAWS
+    )
+    return none if M is None else (int(fits.sum()), M)

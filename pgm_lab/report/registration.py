@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +10,7 @@ from pgm_lab import _validate, matching, registration
 from pgm_lab._robust import SD_OF_MAD, nmad
 from pgm_lab._rounding import fixed, plain, rounded, scientific
 from pgm_lab.registration import Model, Raster, Registration, fit
-from pgm_lab.registration.start import Start
+from pgm_lab.registration.start import Start, cause
 from pgm_lab.report import _page, _points
 from pgm_lab.report._page import Table, as_html, as_text
 
@@ -105,7 +104,7 @@ def html(
     """
     from pgm_lab.report import _figures  # matplotlib only when it is needed
 
-    case = _case(found, reference, sensed, model, start, pixel_size, settings, about)
+    case = Case(found, reference, sensed, model, start, pixel_size, settings)
     draw = _figures.of_registration(case)
     return as_html(TITLE, case.sections(about, False, draw), {about} - {""})
 
@@ -147,7 +146,7 @@ def text(
     >>> print(words.splitlines()[3][:61])
     The sensed image lies 1.00 px farther to the left and 2.00 px
     """
-    case = _case(found, reference, sensed, model, start, pixel_size, settings, about)
+    case = Case(found, reference, sensed, model, start, pixel_size, settings)
     return as_text(TITLE, case.sections(about, short))
 
 
@@ -176,39 +175,6 @@ def unmarked(reference: Raster, sensed: Raster) -> str:
                     f" {value:g} leaves it out. "
                 )
     return words
-
-
-def _case(
-    found: Registration,
-    reference: Raster | ArrayLike,
-    sensed: Raster | ArrayLike,
-    model: Model | None,
-    start: Start | None,
-    pixel_size: float | None,
-    settings: Mapping[str, object] | None,
-    about: str,
-) -> "Case":
-    _validate.instance(found, Registration, "found")
-    if model is not None:
-        _validate.instance(model, Model, "model")
-        if len(model.used) != len(found.points):
-            raise ValueError(
-                f"model is of {len(model.used)} points, and found has"
-                f" {len(found.points)}: fit it to this registration"
-            )
-    asked = _points.asked(registration.register, settings, SETTINGS)
-    sd = found.sd[found.accepted]
-    if asked["refine"] is None and np.any(sd < ROUNDING):
-        raise ValueError(
-            "settings must say how the shifts were refined, for example"
-            " {'refine': 'lsm'}: those of found are known better than whole pixels"
-        )
-    one = _raster(reference, "reference")
-    size = one.pixel_size
-    if size is None and pixel_size is not None:
-        size = _validate.pair(pixel_size, "pixel_size", "m")
-    other = _raster(sensed, "sensed")
-    return Case(found, one, other, model, start, asked, size)
 
 
 def _of_parts(points: np.ndarray, shifts: np.ndarray) -> float:
@@ -244,21 +210,39 @@ class Case(_points.Points):
     def __init__(
         self,
         found: Registration,
-        reference: Raster,
-        sensed: Raster,
-        model: Model | None,
-        start: Start | None,
-        asked: dict[str, Any],
-        pixel_size: np.ndarray | None,
+        reference: Raster | ArrayLike,
+        sensed: Raster | ArrayLike,
+        model: Model | None = None,
+        start: Start | None = None,
+        pixel_size: float | None = None,
+        settings: Mapping[str, object] | None = None,
     ) -> None:
-        super().__init__(found, asked)
-        self.reference, self.sensed = reference, sensed
-        self.model, self.start, self.pixel_size = model, start, pixel_size
-        rows, columns = reference.grey.shape
-        self.size = columns, rows
-        offset = asked["offset"]
+        _validate.instance(found, Registration, "found")
+        if model is not None:
+            _validate.instance(model, Model, "model")
+            if len(model.used) != len(found.points):
+                raise ValueError(
+                    f"model is of {len(model.used)} points, and found has"
+                    f" {len(found.points)}: fit it to this registration"
+                )
+        super().__init__(
+            found, _points.asked(registration.register, settings, SETTINGS)
+        )
+        if self.asked["refine"] is None and np.any(found.sd < ROUNDING):
+            raise ValueError(
+                "settings must say how the shifts were refined, for example"
+                " {'refine': 'lsm'}: those of found are known better than whole pixels"
+            )
+        self.reference = _raster(reference, "reference")
+        self.sensed = _raster(sensed, "sensed")
+        self.model, self.start = model, start
+        self.pixel_size = self.reference.pixel_size
+        if self.pixel_size is None and pixel_size is not None:
+            self.pixel_size = _validate.pair(pixel_size, "pixel_size", "m")
+        self.size = self.reference.grey.shape[::-1]
+        offset = self.asked["offset"]
         self.offset = np.zeros(2) if offset is None else np.asarray(offset, float)
-        self.radius = int(asked["radius"])
+        self.radius = int(self.asked["radius"])
 
     @staticmethod
     def label(status: str) -> str:
@@ -369,6 +353,13 @@ class Case(_points.Points):
             found += [one.residuals for one in models if one is not None]
         spreads = [SD_OF_MAD * np.median(np.abs(v[good]), axis=0).max() for v in found]
         return bool(min(spreads) < self.chance / 2)
+
+    @cached_property
+    def cause(self) -> str:
+        """How the sensed image is turned or inverted, where few points were found."""
+        if self.agrees and self.found.accepted.mean() >= _points.HALF:
+            return ""
+        return cause(self.reference.values, self.sensed.values)
 
     @property
     def left(self) -> float:

@@ -133,6 +133,10 @@ BAD = NO_IMAGE | {
         image(datasets.yellowstone().grey[:160, :200]),
         "accepted, nor do reduced images agree on any shift up to a quarter of",
     ),
+    "a negative": (
+        image(65_535 - images.pair()[1]),
+        "is inverted, dark where the other is bright. Take in its place, in",
+    ),
 }
 
 

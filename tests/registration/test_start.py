@@ -1,5 +1,6 @@
 """Where to begin: pairs that lie far apart, or whose shift changes over the image."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -13,7 +14,7 @@ from pgm_lab.registration import (
     register,
     resample,
 )
-from pgm_lab.registration.start import _affine, chance
+from pgm_lab.registration.start import _affine, cause, chance
 from tests.registration.images import uneven
 
 
@@ -89,6 +90,57 @@ def test_two_places_have_no_start():
         parts = scenes[0][y : y + 300, x : x + 300], scenes[1][x : x + 300, y : y + 300]
         assert approximate(*parts) is None
     assert approximate(*(one[:30, :30] for one in scenes)) is None
+
+
+def seen(turn=0.0, times=1.0, flip=1, invert=0, size=500):
+    """The middle of a scene, and the same turned, enlarged, mirrored or inverted."""
+    scene, middle = landsat().grey, np.array([600.0, 580.0])
+    c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    # From a pixel of the sensed image to the scene
+    A = np.array([[c, s], [-s, c]]) @ np.diag([flip, 1]) / times
+    M = np.column_stack([A, middle - A @ [size / 2, size / 2]])
+    how = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
+    sensed = cv2.warpAffine(scene, M, (size, size), flags=how)
+    return scene[330:830, 350:850], 40_000 - sensed if invert else sensed
+
+
+@pytest.mark.parametrize(
+    "how, words",
+    [
+        ({"turn": 34}, "turned by 34 degrees clockwise"),
+        ({"turn": -12}, "turned by 12 degrees counter-clockwise"),
+        ({"turn": 90}, "turned by 90 degrees clockwise"),
+        ({"turn": 180}, "turned by 180 degrees "),
+        ({"times": 1.2}, "1.20 times as large"),
+        ({"flip": -1}, "mirrored, left to right"),
+        ({"invert": 1}, "inverted, dark where the other is bright"),
+        (
+            {"turn": 200, "times": 0.8, "flip": -1, "invert": 1},
+            "turned by 160 degrees counter-clockwise and 0.80 times as large and mirrored,"
+            " left to right and inverted, dark where the other is bright",
+        ),
+    ],
+)
+def test_why_nothing_fits_is_said_with_a_cure_that_works(how, words, monkeypatch):
+    """As it stands there, in Python; from features of reduced images."""
+    monkeypatch.setattr("pgm_lab.registration.start.SMALL", 300)
+    reference, sensed = seen(**how)
+    told = cause(reference, sensed)
+    assert f"the sensed image is {words}" in told
+    cure = told.split("in Python, ")[1].removesuffix(".")
+    again = eval(cure, {"cv2": cv2, "np": np, "sensed": sensed})
+    found = register(reference, again, pick(reference, 60, sensed=again), refine="lsm")
+    assert found.accepted.mean() > 0.5
+    assert np.hypot(*np.median(found.shifts[found.accepted], axis=0)) < 0.1
+
+
+def test_no_cause_is_named_where_there_is_none():
+    """Images that lie alike, however noisy, or have nothing in common or no texture."""
+    *pair, _ = uneven((18.0, -11.0), noise=200.0, blur=1.0, gamma=0.6)
+    assert cause(*pair) == ""
+    one, other = landsat().grey[:400, :400], yellowstone().grey[:400, :400]
+    assert cause(one, other) == cause(one, 0.0 * one) == ""
+    assert cause(one[:12, :12], one[:12, :12]) == ""
 
 
 def test_chance_is_what_one_of_a_hundred_wrong_places_reaches():

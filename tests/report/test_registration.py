@@ -34,7 +34,7 @@ def found(pair):
 
 def case(found, model=None, settings=LSM):
     """What the report is made of, of two images that are never looked at."""
-    return module._case(found, BLANK, BLANK, model, None, None, settings, "")
+    return module.Case(found, BLANK, BLANK, model, settings=settings)
 
 
 def said(found, **more):
@@ -60,9 +60,7 @@ def test_a_file_that_places_an_image_is_named(found):
     both = [replace(images.raster(BLANK), beside=name) for name in ("a.tfw", "")]
     (words,) = (
         words
-        for title, words in module._case(
-            found, *both, None, None, None, LSM, ""
-        ).findings
+        for title, words in module.Case(found, *both, settings=LSM).findings
         if title == "A file beside the reference image"
     )
     assert "lies on the map is taken from a.tfw beside it" in words
@@ -363,6 +361,17 @@ def test_numbers_of_warnings_are_those_of_the_result():
     assert float(stated) == pytest.approx(5, rel=0.25)
 
 
+def test_an_image_that_is_mirrored_is_told_where_few_points_are_found():
+    reference, sensed = images.pair()
+    title = "An image turned, scaled, mirrored or inverted"
+    for lost, told in ((0, False), (25, True)):
+        found = statuses(below_threshold=lost)
+        pair = reference, sensed[:, ::-1]
+        words = dict(module.Case(found, *pair, settings=LSM).findings)
+        assert (title in words) is told
+    assert "the sensed image is mirrored, left to right. Take in" in words[title]
+
+
 def bent(by):
     """Shifts of one wave over the image."""
     found = result(100)
@@ -403,7 +412,7 @@ def test_a_start_and_a_low_threshold_are_told():
     found = registration.register(reference, sensed, points, **how, threshold=0.4)
     given = how | {"threshold": 0.4}
     told = dict(
-        module._case(found, reference, sensed, None, start, None, given, "").findings
+        module.Case(found, reference, sensed, None, start, settings=given).findings
     )
     words = told["A start from reduced images"]
     assert f"{start.found} of {start.tried} large chips" in words
