@@ -25,24 +25,16 @@ WANTED: dict[str, tuple[str, Any]] = {
     "ray": ("(photo, point), two numbers", (2,)),
     "parameter": (f"one of {', '.join(NAMES)}", None),
 }
-
-OTHER_RAY = (
-    "The ray: resect every photo with the camera and the targets that you found, and"
-    " look at what remains, ray by ray."
-)
-OTHER_C = (
-    "c and sd: use all other rays and all ten parameters, begin with 24 mm, and hand"
-    " both in with all their digits."
-)
-OTHER_SD = (
-    "sd: take out that one ray alone, and count the redundancy again; three digits are"
-    " wanted at least."
-)
-PARAMETER = (
-    "The parameter: mm, mm⁻² and mm⁻⁶ cannot be compared. How far does one standard"
-    " deviation of each move the image point (10, 6) mm?"
-)
-ELSE = {"ray": OTHER_RAY, "c": OTHER_C, "sd": OTHER_SD, "parameter": PARAMETER}
+OTHERWISE = {
+    "ray": "The ray: resect every photo with the camera and the targets that you found,"
+    " and look at what remains, ray by ray.",
+    "c": "c and sd: use all other rays and all ten parameters, begin with 24 mm, and"
+    " hand both in with all their digits.",
+    "sd": "sd: take out that one ray alone, and count the redundancy again; three"
+    " digits are wanted at least.",
+    "parameter": "The parameter: mm, mm⁻² and mm⁻⁶ cannot be compared. How far does one"
+    " standard deviation of each move the image point (10, 6) mm?",
+}
 
 
 @dataclass(frozen=True)
@@ -186,7 +178,7 @@ def slips(truth: Truth) -> dict[str, Answer]:
         "The ray: photo and point as the files number them, from 1.": {
             "ray": (photo - 1, point - 1)
         },
-        OTHER_RAY: {"ray": (photo, point % 48 + 1)},
+        OTHERWISE["ray"]: {"ray": (photo, point % 48 + 1)},
         "The diagonal of C holds variances.": {"sd": sd**2},
         "The redundancy: the datum adds 7, for it holds seven unknowns.": {
             "sd": sd * np.sqrt(r / (r - 7))
@@ -198,15 +190,15 @@ def slips(truth: Truth) -> dict[str, Answer]:
         "This still contains the blunder: leave that ray out, and adjust once more.": (
             dict(zip(WANTED, truth.spoiled))
         ),
-        OTHER_C: {"c": c + 10 * sd},
-        PARAMETER: {"parameter": NAMES[np.argmax(truth.best[1])]},
+        OTHERWISE["c"]: {"c": c + 10 * sd},
+        OTHERWISE["parameter"]: {"parameter": NAMES[np.argmax(truth.best[1])]},
     }
 
 
 def hint(truth: Truth, found: Answer, wrong: list[str]) -> str:
     """Return the hint to the slip that explains what is wrong; first of all the ray."""
     first = ["ray"] if "ray" in wrong else wrong
-    return likeliest(judge, truth, found, first, slips(truth)) or ELSE[first[0]]
+    return likeliest(judge, truth, found, first, slips(truth)) or OTHERWISE[first[0]]
 
 
 def picture(truth: Truth, found: Answer) -> tuple[Figure, str]:

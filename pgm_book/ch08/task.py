@@ -196,6 +196,9 @@ def slips(truth: Truth) -> dict[str, Answer]:
         "c is 8 mm here, not 24 mm.": Z0 + m * (1, 1, 3) @ up,
         "y points up, and rows count downwards.": Z0 + m * (1, -1, 1) @ up,
         "A parallax is wanted in mm, not in pixels.": Z0 + high * PIXEL,
+        "Here column 0 has the same x in both photos: `normal` is another pair.": (
+            Z0 + high * d * PIXEL / (9.47 + 0.00549 * d)
+        ),
         "Add the peak of the parabola to a whole pixel.": Z0 + high * d / d.round(),
         "Both photos have to be rotated into the normal case.": searched([N, N], N),
         "Each photo has its own M.": searched(M[:1] * 2, N),

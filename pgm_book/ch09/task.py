@@ -103,7 +103,7 @@ def _paper(chance: np.random.RandomState) -> np.ndarray:
     """Corners (48, 3) of a board that is bent, twisted, and printed roughly."""
     board = grid(8, 6) + 0.004 * chance.standard_normal((48, 3))
     x, y = (board[:, 0] - 3.5) / 3.5, (board[:, 1] + 2.5) / 2.5
-    bend, twist = chance.uniform(0.04, 0.07), chance.uniform(-0.03, 0.03)
+    bend, twist = chance.uniform(0.14, 0.17), chance.uniform(-0.03, 0.03)
     board[:, 2] += bend * chance.choice([-1, 1]) * x**2 + twist * x * y
     return board
 

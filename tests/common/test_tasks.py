@@ -20,7 +20,7 @@ DIGESTS: dict[str, str] = {
     "6": "e433124cb678a5cc",
     "7": "52783fc0aa596045",
     "8": "c87c1cda841ca378",
-    "9": "3fcf991c8dd8afea",
+    "9": "5f173961cc876f52",
 }
 
 
