@@ -1,6 +1,5 @@
 """Scattered points become a surface in cells of equal size."""
 
-import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -107,10 +106,11 @@ def surface(
         What the cells cover, from outer edge to outer edge; default: all points.
         Points outside help to interpolate at its edge.
     largest_gap : float, optional
-        Width in m of the widest gap that is interpolated: a cell further than half of
-        it from all cells with a point has no height. When missing four times the mean
-        spacing of the points, or two cells if that is more: wider gaps are not by
-        chance (exp(-4 pi)), but water, shadow or hidden ground. With `np.inf` any gap
+        Width in m of the widest gap between cells with points that is interpolated:
+        in a triangle with a side longer than this and a cell, the others have no
+        height. When missing four times the mean spacing of the points, or two cells if
+        that is more: wider gaps are not by chance (no point lies in the circle around a
+        triangle: exp(-4 pi)), but water, shadow or hidden ground. With `np.inf` any gap
         inside the hull is filled.
 
     Returns
@@ -150,18 +150,22 @@ def surface(
     number[rows, columns], spread[rows, columns] = n[inside], sd[inside]
     measured = number > 0
 
-    # Triangles between them; at the rim a cell may have a point although its centre
-    # lies outside the hull
-    z, edge = _interpolated(middle, shape)
-    outside = np.isnan(z)
-    rim = outside[rows, columns]
-    z[rows[rim], columns[rim]] = middle[inside][rim, 2]
-    outside &= ~measured
+    # Triangles between them
+    linear, centres = _triangles(middle), _centres(shape)
+    z = linear(centres - middle[0, :2])
+    outside = np.isnan(z) & ~measured
+    corners = linear.tri.points[linear.tri.simplices]
+    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
     if largest_gap is None:
-        spacing = edge / np.sqrt(n.mean())  # one point stands for the n of its cell
+        # One point stands for the n of its cell
+        spacing = np.median(sides) / np.sqrt(n.mean())
         largest_gap = float(cell * max(4 * spacing, 2))
     if largest_gap < np.inf:
-        z[_far(cells, shape, largest_gap / 2 / cell)] = np.nan
+        wide = sides.max(-1) > largest_gap / cell + 1
+        z[wide[linear.tri.find_simplex(centres - middle[0, :2])]] = np.nan
+    # A cell with a point has its height also at a rim, where the centre has none
+    rim = np.isnan(z[rows, columns])
+    z[rows[rim], columns[rim]] = middle[inside][rim, 2]
     corner = (float(low[0] + cell / 2), float(high[1] - cell / 2))
     return Surface(z, corner, cell, measured, number, spread, outside, largest_gap, crs)
 
@@ -236,33 +240,19 @@ def _one_each(
     return middle, at[first], n, sd
 
 
-def _interpolated(
-    middle: np.ndarray, shape: tuple[int, int]
-) -> tuple[np.ndarray, float]:
-    """Heights at the centres of the cells, NaN outside the hull; length of an edge."""
-    start = middle.mean(0)
+def _triangles(middle: np.ndarray) -> scipy.interpolate.LinearNDInterpolator:
+    """Heights of triangles between points, whose positions count from the first one."""
     try:
-        linear = scipy.interpolate.LinearNDInterpolator(
-            middle[:, :2] - start[:2], middle[:, 2]
+        return scipy.interpolate.LinearNDInterpolator(
+            middle[:, :2] - middle[0, :2], middle[:, 2]
         )
     except scipy.spatial.QhullError:
         raise ValueError(
             "the points lie on one line, seen from above: there is no surface between"
             " them"
         ) from None
-    columns, rows = np.meshgrid(*(np.arange(n) + 0.5 for n in shape[::-1]))
-    corners = linear.tri.points[linear.tri.simplices]
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
-    return linear(columns - start[0], rows - start[1]), float(np.median(edges))
 
 
-def _far(cells: np.ndarray, shape: tuple[int, int], most: float) -> np.ndarray:
-    """Cells further than `most` cells from all with a point, also outside the grid."""
-    rim = math.ceil(min(most, max(shape)))
-    near = cells[((cells >= -rim) & (cells < np.add(shape[::-1], rim))).all(-1)] + rim
-    empty = np.ones(np.add(shape, 2 * rim), bool)
-    empty[near[:, 1], near[:, 0]] = False
-    if empty.all():
-        return np.ones(shape, bool)
-    away = scipy.ndimage.distance_transform_edt(empty)
-    return away[rim : rim + shape[0], rim : rim + shape[1]] > most
+def _centres(shape: tuple[int, int]) -> np.ndarray:
+    """Column and row (rows, columns, 2) of the centres of the cells."""
+    return np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in shape[::-1])), -1)

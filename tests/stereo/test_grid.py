@@ -26,7 +26,8 @@ def largest_error(surface):
 
 def test_a_plane_is_met_exactly_by_any_number_of_points_a_cell_and_far_away():
     for cell in (0.3, 1.0, 4.0):
-        assert largest_error(stereo.surface(scattered(), cell)) < 1e-9
+        whole = stereo.surface(scattered(), cell, largest_gap=np.inf)
+        assert largest_error(whole) < 1e-9
     away = np.array([4.3e5, 9.1e6])
     far = stereo.surface(
         scattered() + (*away, 0), 1.0, extent=(*away, *(away + (30, 20)))
@@ -70,7 +71,7 @@ def test_the_point_of_median_height_stands_for_its_cell_and_a_blunder_does_not()
 def test_nothing_is_invented_outside_the_hull():
     points = scattered()
     triangle = points[points[:, 0] / 30 + points[:, 1] / 20 < 1]
-    surface = stereo.surface(triangle, 0.5, extent=ALL)
+    surface = stereo.surface(triangle, 0.5, extent=ALL, largest_gap=np.inf)
     X, Y = surface.grid()
     beyond = X / 30 + Y / 20 > 1.05
     assert np.isnan(surface.z[beyond]).all()
@@ -102,8 +103,20 @@ def test_gaps_of_four_spacings_are_filled_whatever_the_cell(cell, density):
     points = np.column_stack([x, y, plane(x, y)])[~narrow & ~wide]
     surface = stereo.surface(points, cell, extent=(0, 0, 60, 40))
     assert surface.largest_gap == pytest.approx(gap, rel=0.3)
-    assert np.isfinite(surface.z[2:-2, round(20 / cell)]).all()
+    rim = max(round(gap / cell), 2)  # where the triangles are long
+    assert np.isfinite(surface.z[rim:-rim, round(20 / cell)]).all()
     assert np.isnan(surface.z[:, round(40 / cell)]).all()
+
+
+def test_what_lies_beyond_a_wide_gap_or_a_bay_moves_no_height_on_this_side():
+    points = scattered()
+    x, y = points[:, 0], points[:, 1]
+    points[:, 2] = np.where(x < 15, 10.0, 50.0)
+    lake = (np.abs(x - 15) < 5) & (y > 6) | (x > 12) & (y < 6)
+    surface = stereo.surface(points[~lake], 0.5, extent=ALL)
+    known = np.isfinite(surface.z)
+    assert np.isin(surface.z[known].round(9), (10.0, 50.0)).all()
+    assert known.mean() > 0.5
 
 
 def test_a_tile_is_a_part_of_the_whole_also_where_a_gap_crosses_its_edge():
