@@ -297,9 +297,9 @@ def test_the_system_of_a_geotiff_is_taken_over_where_it_fits_the_station(
 
 
 def test_how_wide_gaps_are_filled_is_passed_on(photos, serial, empty):
-    found = plot(photos, empty, PAIRS[:1], largest_gap=1.0).surface  # none
-    assert found.largest_gap == 1.0 and found.filled == 0
-    assert serial[0].surface.filled > 0
+    found = plot(photos, empty, PAIRS[:1], largest_gap=0.1).surface
+    assert found.largest_gap == 0.1
+    assert found.filled < 0.5 * serial[0].surface.filled
 
 
 @pytest.mark.parametrize(
