@@ -100,7 +100,7 @@ def approximate(
     Raises
     ------
     ValueError
-        If an image has no data.
+        If the reference has no data.
 
     Examples
     --------
@@ -112,9 +112,6 @@ def approximate(
     """
     reference = _validate.grey_image(reference, "reference")
     sensed = _validate.grey_image(sensed, "sensed")
-    for image, name in ((reference, "reference"), (sensed, "sensed")):
-        if without_data(image).all():
-            raise ValueError(f"{name} has no data: all its pixels are without a value")
     size = 2 * _validate.window(chip, "chip", 5) - 1
     offset = _validate.of_shape(offset, (2,), "offset")
     longest = max(*reference.shape, *sensed.shape)
@@ -214,6 +211,8 @@ def cause(reference: np.ndarray, sensed: np.ndarray) -> str:
     """
     scale = -(-max(*reference.shape, *sensed.shape) // SMALL)
     one, other = (_reduced(image, scale) for image in (reference, sensed))
+    if one.mask.all() or other.mask.all():
+        return ""
     known, found = _features(one), []
     for mirrored, inverted in itertools.product((False, True), repeat=2):
         seen = _features(other[:, ::-1] if mirrored else other, inverted)
@@ -223,7 +222,7 @@ def cause(reference: np.ndarray, sensed: np.ndarray) -> str:
     # From pixel to pixel of the images themselves
     M[:, 2] = scale * M[:, 2] + (scale - 1) / 2 * (1 - M[:, :2].sum(axis=1))
     if mirrored:
-        M[0] = (0, 0, sensed.shape[1] - 1) - M[0]
+        M[0] = (0, 0, scale * other.shape[1] - 1) - M[0]
     way = "clockwise" if turn > 0 else "counter-clockwise"
     moved = {
         f"turned by {abs(turn):.0f} degrees {way}": abs(turn) >= TURNED,
@@ -250,7 +249,7 @@ def _features(
     image: np.ma.MaskedArray, inverted: bool = False
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """Features (m, 2) of an image, or of its negative, and descriptors (m, 128)."""
-    grey = np.ascontiguousarray(eight_bit(image) ^ (255 * inverted))
+    grey = np.ascontiguousarray(eight_bit(image.astype(np.float32)) ^ (255 * inverted))
     shown = np.ascontiguousarray(~np.ma.getmaskarray(image), np.uint8)
     # Without a threshold: bright clouds would leave the ground no features
     sift = cv2.SIFT.create(FEATURES, contrastThreshold=0, enable_precise_upscale=True)
@@ -260,14 +259,12 @@ def _features(
 
 def _similarity(known: tuple, seen: tuple) -> tuple[int, np.ndarray]:
     """How many features of two images agree in one similarity, and this (2, 3)."""
-    none = 0, np.eye(2, 3)
-    if min(len(known[0]), len(seen[0])) < CONFIRMED:
-        return none
-    pairs = cv2.BFMatcher(crossCheck=True).match(known[1], seen[1])
+    enough = min(len(known[0]), len(seen[0])) >= CONFIRMED
+    pairs = cv2.BFMatcher(crossCheck=True).match(known[1], seen[1]) if enough else ()
     if len(pairs) < CONFIRMED:
-        return none
+        return 0, np.eye(2, 3)
     i, j = np.array([(pair.queryIdx, pair.trainIdx) for pair in pairs]).T
     M, fits = cv2.estimateAffinePartial2D(
         known[0][i], seen[0][j], ransacReprojThreshold=TOLERANCE, maxIters=DRAWS
     )
-    return none if M is None else (int(fits.sum()), M)
+    return (0, np.eye(2, 3)) if M is None else (int(fits.sum()), M)

@@ -96,11 +96,6 @@ def html(
     -------
     str
         The page with its figures, for light and dark screens and for paper.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not what is described here.
     """
     from pgm_lab.report import _figures  # matplotlib only when it is needed
 
@@ -363,12 +358,9 @@ class Case(_points.Points):
 
     @property
     def left(self) -> float:
-        """RMSE_T of the shifts minus the model, or minus their mean, in pixels."""
-        if self.model is not None:
-            v = self.model.residuals[self.found.accepted]
-            return float(np.sqrt(np.mean(np.sum(v**2, axis=1))))
-        a = self.found.accuracy
-        return float(np.sqrt(max(a.rmse_t**2 - a.mean_x**2 - a.mean_y**2, 0.0)))
+        """RMSE_T of the shifts minus the model, or minus their median, in pixels."""
+        v = self.errors[self.found.accepted]
+        return float(np.sqrt(np.mean(np.sum(v**2, axis=1))))
 
     # --- Lengths in words ---
 
