@@ -18,7 +18,7 @@ DIGESTS: dict[str, str] = {
     "4": "2e4ab81de0ecaa9c",
     "5": "945d3a680d1c4d2b",
     "6": "e433124cb678a5cc",
-    "7": "52783fc0aa596045",
+    "7": "322e8742dcd1d80a",
     "8": "c87c1cda841ca378",
     "9": "3fcf991c8dd8afea",
 }
