@@ -178,8 +178,7 @@ def _reduced(image: np.ndarray, scale: int) -> np.ma.MaskedArray:
     small = columns // scale, rows // scale
     if grey.dtype not in (np.uint8, np.uint16, np.int16, np.float32, np.float64):
         grey = grey.astype(np.float32)
-    holes = none.any()
-    if holes and grey.dtype.kind == "f":
+    if grey.dtype.kind == "f" and none.any():
         grey = np.where(none, 0, grey)
     means = cv2.resize(grey, small, interpolation=cv2.INTER_AREA)
     mask = none.reshape(small[1], scale, small[0], scale).any(axis=(1, 3))
