@@ -93,9 +93,11 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     }
     edge, base = map(np.linalg.norm, (points[3] - points[2], right[:3] / right[0]))
     off = [abs(_edge(pair, k * camera) / edge - 1) for k in (1, np.eye(10)[0])]
-    if off[0] > 0.01 or off[1] < 0.006:  # `relative` is lost, or the lens hardly shows
-        return make(chance)
     phone = Board("phone", shown, SIZE, grid(8, 6))
+    off += [abs(phone.start[0][0] - camera[0])]
+    # `relative` is lost, the lens hardly shows, or c is its start value
+    if off[0] > 0.01 or off[1] < 0.006 or off[2] < 0.003:
+        return make(chance)
     return files, Truth(camera[0] / PIXEL[0], float(edge), phone, pair, float(base))
 
 
