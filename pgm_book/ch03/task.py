@@ -112,25 +112,28 @@ def _points(left: np.ndarray, chance: np.random.RandomState) -> np.ndarray:
 def judge(truth: Truth, found: Pair) -> list[Part]:
     """Return how far the worst position is off, and whether the covariances are true.
 
-    The errors by their covariances have a chi-square of 160 on average. Where column
-    and row are not equally precise, 0 is off if they differ as here, 2 if exchanged.
+    The errors by their covariances have a chi-square of 160 on average. Error ellipses
+    are off by 0 if they lie as here, by 1 if they are circles, by 2 if they lie across.
     """
     (positions, covariances), (_, _, Q) = found, truth.solved
     e = positions - truth.there
     ratio = np.sum(e * np.linalg.solve(covariances, e[..., None])[..., 0]) / e.size
-    yours, ours = (_uneven(C) for C in (covariances, Q[:, ::3, ::3]))
+    uneven = zip(_uneven(covariances), _uneven(Q[:, ::3, ::3]))
+    across, slanted = (1 - yours @ ours / (ours @ ours) for yours, ours in uneven)
     return [
         Part("the worst position", float(np.hypot(*e.T).max()), FARTHEST, "px"),
         Part("chi-square over 160", float(ratio), round(HIGH, 2), ""),
         Part("160 over chi-square", float(1 / ratio), round(1 / LOW, 2), ""),
-        Part("column against row", 1 - yours @ ours / (ours @ ours), 0.7, ""),
+        Part("column against row", across, 0.7, ""),
+        Part("column with row", slanted, 0.7, ""),
     ]
 
 
 def _uneven(C: np.ndarray) -> np.ndarray:
-    """By how much column or row has more of the variance of each, about the mean."""
-    part = (C[:, 0, 0] - C[:, 1, 1]) / (C[:, 0, 0] + C[:, 1, 1])
-    return part - part.mean()
+    """By how much error ellipses are longer than wide (2, n): across, and slanted."""
+    part = np.array([C[:, 0, 0] - C[:, 1, 1], 2 * C[:, 0, 1]])
+    part /= C[:, 0, 0] + C[:, 1, 1]
+    return part - [[part[0].mean()], [0]]  # all alike say nothing of texture
 
 
 def slips(truth: Truth) -> dict[str, Pair]:
@@ -143,6 +146,7 @@ def slips(truth: Truth) -> dict[str, Pair]:
         "The noise is counted once; a covariance has the unit px².": (at, C / sigma0),
         "Those are rows and columns of a0 and a1: the place is a0 and b0.": (at, first),
         "The variance of the column is C[0, 0].": (at, C[:, ::-1, ::-1]),
+        "Variances alone: column and row have a covariance, too.": (at, C * np.eye(2)),
         "Those are still the positions of correlation.": (1.0 * truth.start, C),
         "Those are the points of the left photo.": (1.0 * truth.points, C),
         "Column and row are exchanged: column first.": (at[:, ::-1], C),
