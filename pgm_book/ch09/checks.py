@@ -318,7 +318,8 @@ def surface_point(function: Callable) -> None:
     base, c, pixel, sigma = shaken(98, (0.193, 0.995, 0.001, 0.2))
     rest: tuple = ((20, 70), base, c, pixel, sigma)
     places = [(100, 60), (140, 45), (170, 30)]
-    found = np.array([_point(function, pair, *p, *rest) for p in places])
+    answers = [call(function, pair, *p, *rest, shape=(4,), nan=True) for p in places]
+    found = np.array(answers)
     wanted = np.array([textbook.surface_point(pair, *p, *rest) for p in places])
     depth = -wanted[:, 2:3]
     slips = [
@@ -373,11 +374,6 @@ GAP = "where r is below 0.8, or NaN, return four NaN"
 THERE = "where r is 0.8 or above there is a point: which way is r compared?"
 
 
-def _point(function: Callable, *arguments: Any) -> np.ndarray:
-    """Four numbers of the reader's function, or four NaN."""
-    return call(function, *arguments, shape=(4,), nan=True)
-
-
 def _gap(function: Callable, pair: tuple, rest: tuple) -> tuple[bool, str]:
     """Whether it returns NaN where the windows do not match well, and only there."""
     noise = chance(5).uniform(0, 255, pair[0].shape)
@@ -386,7 +382,7 @@ def _gap(function: Callable, pair: tuple, rest: tuple) -> tuple[bool, str]:
         (pair[1], (140, 33), False),  # r is 0.75
         (pair[1], (105, 45), True),  # 0.84
     ):
-        point = _point(function, (pair[0], right), *place, *rest)
+        point = call(function, (pair[0], right), *place, *rest, shape=(4,), nan=True)
         if not np.all(np.isfinite(point) == kept):
             return False, THERE if kept else GAP
     return True, ""
