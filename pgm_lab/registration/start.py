@@ -100,7 +100,7 @@ def approximate(
     Raises
     ------
     ValueError
-        If the reference has no data.
+        If an image has no data.
 
     Examples
     --------
@@ -112,6 +112,9 @@ def approximate(
     """
     reference = _validate.grey_image(reference, "reference")
     sensed = _validate.grey_image(sensed, "sensed")
+    for image, name in ((reference, "reference"), (sensed, "sensed")):
+        if without_data(image).all():
+            raise ValueError(f"{name} has no data: all its pixels are without a value")
     size = 2 * _validate.window(chip, "chip", 5) - 1
     offset = _validate.of_shape(offset, (2,), "offset")
     longest = max(*reference.shape, *sensed.shape)

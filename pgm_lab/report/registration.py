@@ -96,6 +96,11 @@ def html(
     -------
     str
         The page with its figures, for light and dark screens and for paper.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not what is described here.
     """
     from pgm_lab.report import _figures  # matplotlib only when it is needed
 
@@ -223,7 +228,8 @@ class Case(_points.Points):
         super().__init__(
             found, _points.asked(registration.register, settings, SETTINGS)
         )
-        if self.asked["refine"] is None and np.any(found.sd < ROUNDING):
+        sd = found.sd[found.accepted]
+        if self.asked["refine"] is None and np.any(sd < ROUNDING):
             raise ValueError(
                 "settings must say how the shifts were refined, for example"
                 " {'refine': 'lsm'}: those of found are known better than whole pixels"

@@ -151,8 +151,8 @@ def surface(
     measured = number > 0
 
     # Triangles between them
-    linear, centres = _triangles(middle), _centres(shape)
-    z = linear(centres - middle[0, :2])
+    linear, centres = _triangles(middle), _centres(shape) - middle[0, :2]
+    z = linear(centres)
     outside = np.isnan(z) & ~measured
     corners = linear.tri.points[linear.tri.simplices]
     sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
@@ -162,7 +162,7 @@ def surface(
         largest_gap = float(cell * max(4 * spacing, 2))
     if largest_gap < np.inf:
         wide = sides.max(-1) > largest_gap / cell + 1
-        z[wide[linear.tri.find_simplex(centres - middle[0, :2])]] = np.nan
+        z[wide[linear.tri.find_simplex(centres)]] = np.nan
     # A cell with a point has its height also at a rim, where the centre has none
     rim = np.isnan(z[rows, columns])
     z[rows[rim], columns[rim]] = middle[inside][rim, 2]

@@ -92,6 +92,16 @@ def test_two_places_have_no_start():
     assert approximate(*(one[:30, :30] for one in scenes)) is None
 
 
+def test_an_image_without_data_is_no_image():
+    scene = landsat().grey[:200, :200]
+    for pair, name in (
+        ((scene, np.nan * scene), "sensed"),
+        ((np.nan * scene, scene), "reference"),
+    ):
+        with pytest.raises(ValueError, match=f"{name} has no data"):
+            approximate(*pair)
+
+
 def seen(turn=0.0, times=1.0, flip=1, invert=0, size=500):
     """The middle of a scene, and the same turned, enlarged, mirrored or inverted."""
     scene, middle = landsat().grey, np.array([600.0, 580.0])
